@@ -1,0 +1,124 @@
+//! Typed errors: the call or file, the object, the cause.
+//!
+//! The library never prints, exits or panics on input; it returns an [`Error`].
+//! `main` turns it into one sentence and the exit code of [`Error::exit_code`].
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// `Result` with this crate's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Everything that can go wrong because of input or environment.
+#[derive(Debug)]
+pub enum Error {
+    /// The command line or a setting is wrong. Exit code 1.
+    Usage(String),
+    /// A scene, image or other input file is damaged, unsupported or out of bounds. Exit code 2.
+    Scene {
+        /// The file at fault.
+        path: PathBuf,
+        /// Object and cause, for example `accessor 3: 7 bytes missing`.
+        what: String,
+    },
+    /// The operating system refused a file operation. Exit code 2.
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried, as an infinitive: `read`, `create`.
+        action: &'static str,
+        /// The cause.
+        source: std::io::Error,
+    },
+    /// No Vulkan loader, no device, or none that fits `--device`. Exit code 3.
+    NoDevice(String),
+    /// The device lacks something that this scene needs. Exit code 3.
+    MissingFeature {
+        /// Device name.
+        device: String,
+        /// The feature, and what it is needed for.
+        feature: String,
+    },
+    /// A Vulkan call failed. Exit code 4.
+    Vulkan {
+        /// The call, for example `vkQueueSubmit2`.
+        call: &'static str,
+        /// The object it was made for, for example a buffer's name.
+        object: String,
+        /// The `VkResult` code.
+        code: i32,
+    },
+    /// The device was lost or did not answer in time. Exit code 4.
+    DeviceLost {
+        /// The last scope of the command graph known to have finished.
+        last_finished_scope: String,
+    },
+    /// An allocation does not fit. Exit code 4.
+    OutOfMemory {
+        /// The object, for example `photon_hits`.
+        object: String,
+        /// Bytes asked for.
+        bytes: u64,
+        /// What to reduce, for example `lower --photons`.
+        advice: String,
+    },
+    /// The validation layers reported something. Exit code 4.
+    Validation(Vec<String>),
+    /// The user interrupted; what was finished has been written. Exit code 130.
+    Interrupted,
+}
+
+impl Error {
+    /// An [`Error::Scene`] about `path`.
+    pub fn scene(path: impl AsRef<Path>, what: impl Into<String>) -> Self {
+        Self::Scene { path: path.as_ref().to_owned(), what: what.into() }
+    }
+
+    /// An [`Error::Io`] about `path`.
+    pub fn io(path: impl AsRef<Path>, action: &'static str, source: std::io::Error) -> Self {
+        Self::Io { path: path.as_ref().to_owned(), action, source }
+    }
+
+    /// The process exit code for this error.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 1,
+            Self::Scene { .. } | Self::Io { .. } => 2,
+            Self::NoDevice(_) | Self::MissingFeature { .. } => 3,
+            Self::Vulkan { .. } | Self::DeviceLost { .. } | Self::OutOfMemory { .. } | Self::Validation(_) => 4,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(what) => write!(f, "{what}"),
+            Self::Scene { path, what } => write!(f, "{}: {what}", path.display()),
+            Self::Io { path, action, source } => write!(f, "{}: cannot {action}: {source}", path.display()),
+            Self::NoDevice(what) => write!(f, "no usable Vulkan device: {what}"),
+            Self::MissingFeature { device, feature } => write!(f, "device '{device}' lacks {feature}"),
+            Self::Vulkan { call, object, code } => write!(f, "{call} failed for '{object}' with VkResult {code}"),
+            Self::DeviceLost { last_finished_scope } => {
+                write!(f, "the device was lost; last finished scope: {last_finished_scope}")
+            }
+            Self::OutOfMemory { object, bytes, advice } => {
+                write!(f, "'{object}' needs {bytes} bytes, more than this device gives: {advice}")
+            }
+            Self::Validation(messages) => {
+                write!(f, "{} validation message(s), first: {}", messages.len(), messages.first().map_or("", |m| m))
+            }
+            Self::Interrupted => write!(f, "interrupted"),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! nephroid: a progressive photon-mapping renderer on Vulkan compute.
+#![deny(unsafe_code)]
+
+pub mod error;
+pub mod scene;

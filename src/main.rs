@@ -1,0 +1,2 @@
+//! The `nephroid` command line program.
+fn main() {}

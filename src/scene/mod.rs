@@ -1,0 +1,262 @@
+//! The scene on the host: plain data, no GPU.
+//!
+//! Conventions: right-handed, +Y up, linear Rec.709, world space in scene units. The photometric numbers of
+//! glTF are read as radiometric RGB without the factor 683: emission is the radiance of a Lambertian emitter on
+//! its front side [W/(sr m^2)], the intensity of a point or spot light is radiant intensity [W/sr], that of a
+//! directional light the irradiance of a plane that faces it [W/m^2].
+
+use std::path::PathBuf;
+
+/// A loaded scene: every instance flattened into world space.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// World-space triangles.
+    pub geometry: Geometry,
+    /// Materials, indexed by [`Geometry::material`]. Never empty once loaded.
+    pub materials: Vec<Material>,
+    /// Decoded images, indexed by [`TextureRef::texture`] through [`Scene::textures`].
+    pub images: Vec<Image>,
+    /// Image and sampler pairs.
+    pub textures: Vec<Texture>,
+    /// Punctual lights. Emissive triangles follow from materials, the sky from [`Scene::environment`].
+    pub lights: Vec<Light>,
+    /// Light from outside the scene.
+    pub environment: Option<Environment>,
+    /// Cameras in file order; never empty once loaded (a framing camera is added where the file has none).
+    pub cameras: Vec<Camera>,
+    /// What was ignored, clamped, skipped or added: one sentence each, for the user.
+    pub warnings: Vec<String>,
+    /// Counts of input that had to be left out.
+    pub skipped: Skipped,
+}
+
+/// Triangles with their vertex attributes, in world space.
+#[derive(Debug, Clone, Default)]
+pub struct Geometry {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals, one per vertex.
+    pub normals: Vec<[f32; 3]>,
+    /// Tangents with handedness in w, one per vertex; empty when no material has a normal texture.
+    pub tangents: Vec<[f32; 4]>,
+    /// Texture coordinate sets 0 and 1, one per vertex; empty when no texture uses the set.
+    pub uvs: [Vec<[f32; 2]>; 2],
+    /// Linear vertex colours (RGBA); empty when no mesh has them.
+    pub colors: Vec<[f32; 4]>,
+    /// Vertex indices; counter-clockwise seen from the front (mirrored instances are already turned).
+    pub triangles: Vec<[u32; 3]>,
+    /// Material index of each triangle.
+    pub material: Vec<u32>,
+}
+
+/// glTF 2.0 metallic-roughness material with the extensions nephroid supports. Factors multiply textures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name in the file.
+    pub name: String,
+    /// Linear base colour and alpha.
+    pub base_color: [f32; 4],
+    /// 0 dielectric ... 1 metal.
+    pub metallic: f32,
+    /// Perceptual roughness; GGX alpha is its square.
+    pub roughness: f32,
+    /// Radiance emitted by the front side (strength already multiplied in).
+    pub emissive: [f32; 3],
+    /// KHR_materials_specular: weight of the dielectric reflection, 0 is pure Lambert.
+    pub specular: f32,
+    /// KHR_materials_specular: tint of F0.
+    pub specular_color: [f32; 3],
+    /// KHR_materials_transmission factor.
+    pub transmission: f32,
+    /// Index of refraction; 1.5 by default.
+    pub ior: f32,
+    /// KHR_materials_volume: true when thickness > 0, that is, the mesh bounds a medium; false is a thin sheet.
+    pub volume: bool,
+    /// Absorption coefficient per scene unit of the enclosed medium, -ln(colour)/distance. Zero without volume.
+    pub absorption: [f32; 3],
+    /// Alpha mask cut-off, `Some` for MASK materials (BLEND is treated as a mask at 0.5, with a warning).
+    pub alpha_cutoff: Option<f32>,
+    /// Reflects light on both sides. Emission is always on the front only.
+    pub double_sided: bool,
+    /// KHR_materials_unlit: shown as emission of its base colour, receives and reflects nothing.
+    pub unlit: bool,
+    /// sRGB texture of the base colour.
+    pub base_color_texture: Option<TextureRef>,
+    /// Linear texture: green roughness, blue metallic.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Linear tangent-space normal map.
+    pub normal_texture: Option<TextureRef>,
+    /// Scale of the normal map's x and y.
+    pub normal_scale: f32,
+    /// sRGB texture of the emission.
+    pub emissive_texture: Option<TextureRef>,
+    /// Linear texture of the transmission (red).
+    pub transmission_texture: Option<TextureRef>,
+    /// Linear texture of the specular weight (alpha).
+    pub specular_texture: Option<TextureRef>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 4],
+            metallic: 1.0,
+            roughness: 1.0,
+            emissive: [0.0; 3],
+            specular: 1.0,
+            specular_color: [1.0; 3],
+            transmission: 0.0,
+            ior: 1.5,
+            volume: false,
+            absorption: [0.0; 3],
+            alpha_cutoff: None,
+            double_sided: false,
+            unlit: false,
+            base_color_texture: None,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emissive_texture: None,
+            transmission_texture: None,
+            specular_texture: None,
+        }
+    }
+}
+
+/// A use of a texture by a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`Scene::textures`].
+    pub texture: u32,
+    /// Texture coordinate set, 0 or 1.
+    pub uv_set: u32,
+    /// KHR_texture_transform as rows of a 2 x 3 matrix: `u' = m[0][0] u + m[0][1] v + m[0][2]`.
+    pub transform: [[f32; 3]; 2],
+}
+
+/// Image and sampler.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Texture {
+    /// Index into [`Scene::images`].
+    pub image: u32,
+    /// Addressing in u and v.
+    pub wrap: [Wrap; 2],
+    /// Bilinear when true, nearest otherwise.
+    pub linear: bool,
+}
+
+/// Texture addressing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wrap {
+    /// Repeat.
+    Repeat,
+    /// Clamp to the edge texel.
+    Clamp,
+    /// Mirrored repeat.
+    Mirror,
+}
+
+/// Eight bits per channel RGBA, rows from the top. Whether it holds sRGB or linear values follows from its use.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Image {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// `width * height` texels.
+    pub rgba: Vec<[u8; 4]>,
+}
+
+/// A punctual light (KHR_lights_punctual) in world space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Light {
+    /// Isotropic point light.
+    Point {
+        /// World position.
+        position: [f32; 3],
+        /// Radiant intensity [W/sr].
+        intensity: [f32; 3],
+    },
+    /// Spot light with the smooth edge that KHR_lights_punctual recommends.
+    Spot {
+        /// World position.
+        position: [f32; 3],
+        /// Unit axis, away from the light.
+        direction: [f32; 3],
+        /// Radiant intensity on the axis [W/sr].
+        intensity: [f32; 3],
+        /// Angle where the falloff begins [rad].
+        inner_angle: f32,
+        /// Angle where the light ends [rad].
+        outer_angle: f32,
+    },
+    /// Parallel light.
+    Directional {
+        /// Unit direction of travel.
+        direction: [f32; 3],
+        /// Irradiance of a plane that faces it [W/m^2].
+        irradiance: [f32; 3],
+    },
+}
+
+/// Equirectangular radiance from infinity. Row 0 is +Y; column 0 begins at direction -Z seen from inside, u grows
+/// towards +X: direction (sin t sin p, cos t, -sin t cos p) with p = 2 pi (u - 1/2), t = pi v.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Environment {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Linear radiance.
+    pub radiance: Vec<[f32; 3]>,
+}
+
+/// A camera in world space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Name in the file.
+    pub name: String,
+    /// World position of the pinhole (or of the image plane's centre if orthographic).
+    pub position: [f32; 3],
+    /// Unit vector to the right of the image.
+    pub right: [f32; 3],
+    /// Unit vector to the top of the image.
+    pub up: [f32; 3],
+    /// Unit viewing direction.
+    pub forward: [f32; 3],
+    /// Projection.
+    pub projection: Projection,
+}
+
+/// How a camera maps directions to its image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Pinhole.
+    Perspective {
+        /// Full vertical field of view [rad].
+        yfov: f32,
+        /// Width over height if the file gives it; the image size decides otherwise.
+        aspect: Option<f32>,
+    },
+    /// Parallel projection.
+    Orthographic {
+        /// Half width in scene units.
+        xmag: f32,
+        /// Half height in scene units.
+        ymag: f32,
+    },
+}
+
+/// Counts of input that was left out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Skipped {
+    /// Triangles whose area is zero.
+    pub degenerate_triangles: u64,
+    /// Triangles with a coordinate that is not finite.
+    pub non_finite_triangles: u64,
+    /// Points, lines and other primitives that have no area.
+    pub non_triangle_primitives: u64,
+}
