@@ -2,4 +2,7 @@
 #![deny(unsafe_code)]
 
 pub mod error;
+pub mod graph;
+pub mod kernels;
 pub mod scene;
+pub mod vk;

@@ -1,0 +1,93 @@
+//! Plans as text (stable, for snapshots) and as DOT (for pictures).
+
+use std::fmt::Write;
+
+use super::declare::{Access, BufferKind, GridSpec, Operation, PassInfo};
+use super::plan::Plan;
+
+impl Plan {
+    /// The plan as text: phases, passes with their buffers, culled passes, memory.
+    pub fn dump(&self) -> String {
+        let mut text = String::new();
+        for (index, pass) in self.passes.iter().enumerate() {
+            if index == 0 || self.phase[index] != self.phase[index - 1] {
+                let _ = writeln!(text, "phase {}", self.phase[index]);
+            }
+            let _ = writeln!(text, "  {}", self.describe(pass));
+        }
+        if !self.culled.is_empty() {
+            text.push_str("culled\n");
+        }
+        for pass in &self.culled {
+            let _ = writeln!(text, "  {}", self.describe(pass));
+        }
+        text.push_str("memory\n");
+        for (info, place) in self.buffers.iter().zip(&self.placement) {
+            if let Some(place) = place {
+                let _ = writeln!(text, "  {:>12} at {}:{} {}", info.bytes, place.arena, place.offset, info.name);
+            }
+        }
+        for (arena, bytes) in self.arenas.iter().enumerate() {
+            let _ = writeln!(text, "  arena {arena}: {bytes} bytes, {} without aliasing", self.transient_bytes());
+        }
+        text
+    }
+
+    fn describe(&self, pass: &PassInfo) -> String {
+        let scopes: Vec<_> = pass.scopes.iter().map(|&scope| self.scope_names[scope as usize]).collect();
+        let mut text = if scopes.is_empty() { pass.name.into() } else { format!("{}: {}", scopes.join("/"), pass.name) };
+        match &pass.operation {
+            Operation::Dispatch { grid: GridSpec::Groups([x, y]), constants, .. } => {
+                let _ = write!(text, " [{x} x {y}]");
+                for (id, bits) in constants {
+                    let _ = write!(text, " #{id}={bits}");
+                }
+            }
+            Operation::Dispatch { grid: GridSpec::Indirect(buffer), constants, .. } => {
+                let _ = write!(text, " [by {}]", self.buffers[*buffer as usize].name);
+                for (id, bits) in constants {
+                    let _ = write!(text, " #{id}={bits}");
+                }
+            }
+            Operation::Fill(word) => {
+                let _ = write!(text, " {word:#x}");
+            }
+            Operation::Copy(bytes) => {
+                let _ = write!(text, " {bytes} bytes");
+            }
+            Operation::Readback(_) => {}
+        }
+        for (access, sign) in [(Access::Read, "<-"), (Access::Write, "->")] {
+            let names: Vec<_> = pass.uses.iter().filter(|u| u.access == access).map(|u| self.name(u.buffer)).collect();
+            if !names.is_empty() {
+                let _ = write!(text, " {sign} {}", names.join(", "));
+            }
+        }
+        text
+    }
+
+    fn name(&self, buffer: u32) -> &'static str {
+        self.buffers[buffer as usize].name
+    }
+
+    /// The plan as a DOT graph: passes as boxes grouped by phase, buffers as ellipses (persistent ones doubled).
+    pub fn dot(&self) -> String {
+        let mut text = String::from("digraph plan {\n  rankdir=LR;\n");
+        for (index, info) in self.buffers.iter().enumerate().filter(|(index, _)| self.lifetime[*index].is_some()) {
+            let borders = if matches!(info.kind, BufferKind::Transient) { 1 } else { 2 };
+            let _ = writeln!(text, "  b{index} [label=\"{}\\n{} bytes\", peripheries={borders}];", info.name, info.bytes);
+        }
+        for (index, pass) in self.passes.iter().enumerate() {
+            let phase = self.phase[index];
+            let _ = writeln!(text, "  subgraph cluster_{phase} {{ label=\"phase {phase}\"; p{index} [shape=box, label=\"{}\"]; }}", pass.name);
+            for usage in &pass.uses {
+                let _ = match usage.access {
+                    Access::Read => writeln!(text, "  b{} -> p{index};", usage.buffer),
+                    Access::Write => writeln!(text, "  p{index} -> b{};", usage.buffer),
+                };
+            }
+        }
+        text.push_str("}\n");
+        text
+    }
+}

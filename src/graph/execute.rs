@@ -1,0 +1,281 @@
+//! Running a plan on a device: memory, recording, replay.
+
+use std::any::Any;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use bytemuck::Pod;
+
+use super::declare::{BufferKind, GridSpec, Input, Operation, PassInfo, Persistent, Readback, Use};
+use super::plan::Plan;
+use crate::error::{Error, Result};
+use crate::vk::{Buffer, BufferSlice, Commands, Device, PipelineDesc, Place, Recorder};
+
+/// Makes persistent memory and executables on one device.
+#[derive(Clone)]
+pub struct Runtime {
+    device: Arc<Device>,
+}
+
+/// Time of one scope of the last run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timing {
+    /// Scope name.
+    pub name: String,
+    /// Nesting depth, 0 outermost.
+    pub depth: u32,
+    /// Start [ns] on the device's clock.
+    pub start_ns: u64,
+    /// End [ns].
+    pub end_ns: u64,
+}
+
+/// A plan recorded for one device; runs any number of times.
+pub struct Executable {
+    device: Arc<Device>,
+    commands: Commands,
+    memory: Memory,
+}
+
+/// Everything a recorded plan refers to.
+struct Memory {
+    arenas: Vec<Buffer>,
+    /// Device buffer and staging buffer of each input, by buffer index.
+    inputs: Vec<Option<(Buffer, Buffer)>>,
+    persistents: Vec<Option<Arc<dyn Any + Send + Sync>>>,
+    readbacks: Vec<Buffer>,
+}
+
+impl Runtime {
+    /// A runtime on `device`.
+    pub fn new(device: Arc<Device>) -> Self {
+        Self { device }
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Zeroed memory of `len` elements that outlives plans.
+    pub fn persistent<T: Pod>(&self, name: &'static str, len: u32) -> Result<Persistent<T>> {
+        let bytes = (u64::from(len) * size_of::<T>() as u64).max(16);
+        let buffer = self.device.buffer(name, bytes.next_multiple_of(4), Place::Device)?;
+        let mut recorder = self.device.recorder("clear")?;
+        recorder.fill(&buffer, 0, bytes.next_multiple_of(4), 0);
+        recorder.finish()?.submit()?.wait()?;
+        Ok(Persistent { name, len, store: Arc::new(buffer), element: PhantomData })
+    }
+
+    /// Persistent memory with a first content.
+    pub fn persistent_from<T: Pod>(&self, name: &'static str, data: &[T]) -> Result<Persistent<T>> {
+        let len = u32::try_from(data.len()).map_err(|_| Error::OutOfMemory {
+            object: name.into(),
+            bytes: std::mem::size_of_val(data) as u64,
+            advice: "a buffer holds at most 2^32 - 1 elements".into(),
+        })?;
+        let persistent = self.persistent(name, len)?;
+        self.overwrite(&persistent, data)?;
+        Ok(persistent)
+    }
+
+    /// Replaces the content of persistent memory from its start.
+    pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, data: &[T]) -> Result<()> {
+        assert!(data.len() <= persistent.len as usize, "'{}' is shorter than the data", persistent.name);
+        const CHUNK: usize = 64 << 20;
+        let target = device_buffer(&persistent.store);
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        for (index, chunk) in bytes.chunks(CHUNK).enumerate() {
+            let staging = self.device.buffer("staging", chunk.len().max(16) as u64, Place::Upload)?;
+            staging.write(0, chunk)?;
+            let mut recorder = self.device.recorder("upload")?;
+            recorder.copy(&staging, 0, target, (index * CHUNK) as u64, chunk.len() as u64);
+            recorder.finish()?.submit()?.wait()?;
+        }
+        Ok(())
+    }
+
+    /// Content of persistent memory.
+    pub fn download<T: Pod>(&self, persistent: &Persistent<T>) -> Result<Vec<T>> {
+        let mut data = vec![T::zeroed(); persistent.len as usize];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        const CHUNK: usize = 64 << 20;
+        for (index, chunk) in bytes.chunks_mut(CHUNK).enumerate() {
+            let staging = self.device.buffer("staging", chunk.len().max(16) as u64, Place::Readback)?;
+            let mut recorder = self.device.recorder("download")?;
+            let source = device_buffer(&persistent.store);
+            recorder.copy(source, (index * CHUNK) as u64, &staging, 0, chunk.len() as u64);
+            recorder.finish()?.submit()?.wait()?;
+            staging.read(0, chunk)?;
+        }
+        Ok(data)
+    }
+
+    /// Allocates the plan's memory and records its commands.
+    pub fn prepare(&self, plan: &Plan) -> Result<Executable> {
+        let memory = Memory::new(&self.device, plan)?;
+        let mut recorder = self.device.recorder("plan")?;
+        memory.record_inputs(&mut recorder);
+        let mut open: Vec<u32> = Vec::new();
+        for (index, pass) in plan.passes.iter().enumerate() {
+            let phase = plan.phase[index];
+            let boundary = index == 0 || plan.phase[index - 1] != phase;
+            if boundary && !plan.sabotaged.contains(&phase) {
+                recorder.barrier();
+            }
+            change_scopes(&mut recorder, plan, &mut open, &pass.scopes);
+            self.record(&mut recorder, plan, &memory, pass)?;
+        }
+        change_scopes(&mut recorder, plan, &mut open, &[]);
+        recorder.barrier();
+        Ok(Executable { device: self.device.clone(), commands: recorder.finish()?, memory })
+    }
+
+    fn record(&self, recorder: &mut Recorder, plan: &Plan, memory: &Memory, pass: &PassInfo) -> Result<()> {
+        let slice = |usage: &Use| memory.slice(plan, usage.buffer);
+        match &pass.operation {
+            Operation::Dispatch { kernel, constants, params, grid } => {
+                let pipeline = self.device.pipeline(&PipelineDesc {
+                    name: kernel.name,
+                    spirv: bytemuck::cast_slice(kernel.spirv.0),
+                    bindings: kernel.bindings,
+                    push_bytes: kernel.push_bytes,
+                    constants,
+                })?;
+                let bound = pass.uses.iter().filter(|u| u.binding != u32::MAX);
+                let slices: Vec<_> = bound.map(|u| (u.binding, slice(u))).collect();
+                recorder.bind(&pipeline, &slices, params)?;
+                match grid {
+                    GridSpec::Groups([0, _] | [_, 0]) => {}
+                    GridSpec::Groups([x, y]) => recorder.dispatch([*x, *y, 1]),
+                    GridSpec::Indirect(buffer) => {
+                        let args = memory.slice(plan, *buffer);
+                        recorder.dispatch_indirect(args.buffer, args.offset);
+                    }
+                }
+            }
+            Operation::Fill(word) => {
+                let to = slice(&pass.uses[0]);
+                recorder.fill(to.buffer, to.offset, to.bytes.next_multiple_of(4), *word);
+            }
+            Operation::Copy(bytes) => {
+                let (from, to) = (slice(&pass.uses[0]), slice(&pass.uses[1]));
+                recorder.copy(from.buffer, from.offset, to.buffer, to.offset, *bytes);
+            }
+            Operation::Readback(index) => {
+                let from = slice(&pass.uses[0]);
+                recorder.copy(from.buffer, from.offset, &memory.readbacks[*index as usize], 0, from.bytes);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Closes and opens scopes until exactly `wanted` are open.
+fn change_scopes(recorder: &mut Recorder, plan: &Plan, open: &mut Vec<u32>, wanted: &[u32]) {
+    let common = open.iter().zip(wanted).take_while(|(a, b)| a == b).count();
+    while open.len() > common {
+        recorder.end_scope();
+        open.pop();
+    }
+    for &scope in &wanted[common..] {
+        recorder.begin_scope(plan.scope_names[scope as usize]);
+        open.push(scope);
+    }
+}
+
+fn device_buffer(store: &Arc<dyn Any + Send + Sync>) -> &Buffer {
+    store.downcast_ref::<Buffer>().expect("persistent memory was made by a runtime")
+}
+
+impl Memory {
+    fn new(device: &Arc<Device>, plan: &Plan) -> Result<Self> {
+        let arenas =
+            plan.arenas.iter().map(|&bytes| device.buffer("arena", bytes, Place::Device)).collect::<Result<_>>()?;
+        let mut memory = Self { arenas, inputs: vec![], persistents: vec![], readbacks: vec![] };
+        for (info, lifetime) in plan.buffers.iter().zip(&plan.lifetime) {
+            let (mut input, mut persistent) = (None, None);
+            match &info.kind {
+                BufferKind::Input(content) if lifetime.is_some() => {
+                    let bytes = content.len() as u64;
+                    let staging = device.buffer(info.name, bytes, Place::Upload)?;
+                    staging.write(0, content)?;
+                    input = Some((device.buffer(info.name, bytes, Place::Device)?, staging));
+                }
+                BufferKind::Persistent(store) => persistent = Some(store.clone()),
+                _ => {}
+            }
+            memory.inputs.push(input);
+            memory.persistents.push(persistent);
+        }
+        let readbacks = plan.passes.iter().filter(|p| matches!(p.operation, Operation::Readback(_)));
+        for pass in readbacks {
+            let info = &plan.buffers[pass.uses[0].buffer as usize];
+            memory.readbacks.push(device.buffer(info.name, info.bytes, Place::Readback)?);
+        }
+        Ok(memory)
+    }
+
+    fn record_inputs(&self, recorder: &mut Recorder) {
+        recorder.barrier();
+        for (target, staging) in self.inputs.iter().flatten() {
+            recorder.copy(staging, 0, target, 0, staging.bytes());
+        }
+    }
+
+    fn slice(&self, plan: &Plan, buffer: u32) -> BufferSlice<'_> {
+        let index = buffer as usize;
+        let bytes = plan.buffers[index].bytes;
+        if let Some(place) = plan.placement[index] {
+            return BufferSlice { buffer: &self.arenas[place.arena as usize], offset: place.offset, bytes };
+        }
+        let buffer = match (&self.inputs[index], &self.persistents[index]) {
+            (Some((target, _)), _) => target,
+            (_, Some(store)) => device_buffer(store),
+            _ => unreachable!("a used buffer has memory: '{}'", plan.buffers[index].name),
+        };
+        BufferSlice { buffer, offset: 0, bytes }
+    }
+}
+
+impl Executable {
+    /// Sets an input for the following runs.
+    pub fn write<T: Pod>(&mut self, input: &Input<T>, data: &[T]) -> Result<()> {
+        assert_eq!(data.len(), input.len as usize, "an input keeps its length");
+        match &self.memory.inputs[input.id as usize] {
+            Some((_, staging)) => staging.write(0, bytemuck::cast_slice(data)),
+            None => Ok(()), // every pass that read it was culled
+        }
+    }
+
+    /// Runs the plan once and waits for it.
+    pub fn run(&mut self) -> Result<()> {
+        self.commands.submit()?.wait()?;
+        self.device.check_validation()
+    }
+
+    /// What the last run brought to the host.
+    pub fn read<T: Pod>(&self, readback: &Readback<T>) -> Result<Vec<T>> {
+        let mut data = vec![T::zeroed(); readback.len as usize];
+        self.memory.readbacks[readback.index as usize].read(0, bytemuck::cast_slice_mut(&mut data))?;
+        Ok(data)
+    }
+
+    /// Times of the scopes of the last run, in order of their start.
+    pub fn timings(&self) -> Result<Vec<Timing>> {
+        let timings = self.commands.timings()?;
+        let convert = |t: crate::vk::ScopeTiming| Timing {
+            name: t.name,
+            depth: t.depth,
+            start_ns: t.start_ns,
+            end_ns: t.end_ns,
+        };
+        Ok(timings.into_iter().map(convert).collect())
+    }
+
+    /// Device bytes held by this executable: arenas, inputs.
+    pub fn device_bytes(&self) -> u64 {
+        let inputs = self.memory.inputs.iter().flatten().map(|(target, _)| target.bytes());
+        self.memory.arenas.iter().map(Buffer::bytes).sum::<u64>() + inputs.sum::<u64>()
+    }
+}

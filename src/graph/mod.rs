@@ -1,0 +1,21 @@
+//! The command-graph scheduler: declare passes, plan them without a device, run the plan as often as wanted.
+//!
+//! ```text
+//! Graph (declare) --plan()--> Plan (pure data: kept and culled passes, phases, memory) --Runtime::prepare--> Executable
+//! ```
+//! Passes run in declaration order, grouped into phases with one global barrier between two phases. Nothing on the way
+//! to the command buffer iterates an unordered map: the same declarations give the same plan and the same bits.
+
+mod declare;
+mod dump;
+mod execute;
+mod plan;
+mod trace;
+
+pub use declare::{
+    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
+    Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use,
+};
+pub use execute::{Executable, Runtime, Timing};
+pub use plan::{Placement, Plan, PlanError};
+pub use trace::chrome_trace;

@@ -1,0 +1,245 @@
+//! From declarations to a plan: check, cull, group into phases, place transients. Pure: no device.
+
+use std::fmt;
+
+use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, Operation, PassInfo};
+
+/// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
+const ALIGNMENT: u64 = 256;
+
+/// Arena size that no plan exceeds unless one buffer alone is larger; below the allocation limit of every known device.
+const ARENA_BYTES: u64 = 1 << 30;
+
+/// A mistake in the declarations.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PlanError {
+    /// A transient is read before any pass has written it.
+    ReadBeforeWrite {
+        /// The reading pass.
+        pass: &'static str,
+        /// The buffer.
+        buffer: &'static str,
+    },
+    /// A pass writes a buffer that was imported for reading.
+    WriteToReadOnly {
+        /// The writing pass.
+        pass: &'static str,
+        /// The buffer.
+        buffer: &'static str,
+    },
+    /// A pass uses one buffer twice, at least once for writing.
+    Aliased {
+        /// The pass.
+        pass: &'static str,
+        /// The buffer.
+        buffer: &'static str,
+    },
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ReadBeforeWrite { pass, buffer } => write!(f, "pass '{pass}' reads '{buffer}' before it is written"),
+            Self::WriteToReadOnly { pass, buffer } => write!(f, "pass '{pass}' writes '{buffer}', imported read-only"),
+            Self::Aliased { pass, buffer } => write!(f, "pass '{pass}' uses '{buffer}' twice, once for writing"),
+        }
+    }
+}
+
+impl std::error::Error for PlanError {}
+
+/// Memory of a transient: an arena and a byte offset into it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Placement {
+    /// Index of the arena.
+    pub arena: u32,
+    /// Byte offset.
+    pub offset: u64,
+}
+
+/// What will run, in which order, in which memory.
+pub struct Plan {
+    /// All declared buffers.
+    pub buffers: Vec<BufferInfo>,
+    /// Kept passes in order.
+    pub passes: Vec<PassInfo>,
+    /// Phase of each kept pass; a barrier stands between two phases.
+    pub phase: Vec<u32>,
+    /// Passes that reach no root, in order.
+    pub culled: Vec<PassInfo>,
+    /// First and last phase in which a buffer is used; `None` if it is unused.
+    pub lifetime: Vec<Option<(u32, u32)>>,
+    /// Memory of each transient that is used.
+    pub placement: Vec<Option<Placement>>,
+    /// Size of each arena in bytes.
+    pub arenas: Vec<u64>,
+    /// Names of scopes.
+    pub scope_names: Vec<&'static str>,
+    /// Phases whose leading barrier is left out on purpose: only to prove that the barrier is needed.
+    pub(super) sabotaged: Vec<u32>,
+}
+
+impl Graph {
+    /// Plans the declared passes.
+    pub fn plan(self) -> Result<Plan, PlanError> {
+        self.check()?;
+        let needed = self.needed();
+        let (mut passes, mut culled) = (Vec::new(), Vec::new());
+        for (pass, needed) in self.passes.into_iter().zip(needed) {
+            if needed { passes.push(pass) } else { culled.push(pass) }
+        }
+        let phase = phases(&passes, self.buffers.len());
+        let lifetime = lifetimes(&passes, &phase, self.buffers.len());
+        let (placement, arenas) = place(&self.buffers, &lifetime);
+        Ok(Plan {
+            buffers: self.buffers,
+            passes,
+            phase,
+            culled,
+            lifetime,
+            placement,
+            arenas,
+            scope_names: self.scope_names,
+            sabotaged: Vec::new(),
+        })
+    }
+
+    fn check(&self) -> Result<(), PlanError> {
+        let mut written: Vec<bool> = self.buffers.iter().map(|b| !matches!(b.kind, BufferKind::Transient)).collect();
+        for pass in &self.passes {
+            for (i, usage) in pass.uses.iter().enumerate() {
+                let info = &self.buffers[usage.buffer as usize];
+                let (name, buffer) = (pass.name, info.name);
+                if usage.access == Access::Write && info.read_only {
+                    return Err(PlanError::WriteToReadOnly { pass: name, buffer });
+                }
+                if usage.access == Access::Read && !written[usage.buffer as usize] {
+                    return Err(PlanError::ReadBeforeWrite { pass: name, buffer });
+                }
+                let writes = |other: &super::Use| usage.access == Access::Write || other.access == Access::Write;
+                if pass.uses[..i].iter().any(|other| other.buffer == usage.buffer && writes(other)) {
+                    return Err(PlanError::Aliased { pass: name, buffer });
+                }
+            }
+            for usage in pass.uses.iter().filter(|u| u.access == Access::Write) {
+                written[usage.buffer as usize] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Walks backward from the roots. A write never ends a buffer's need, because it may be partial; a fill does.
+    fn needed(&self) -> Vec<bool> {
+        let mut live = vec![false; self.buffers.len()];
+        for &buffer in &self.kept {
+            live[buffer as usize] = true;
+        }
+        let mut needed = vec![false; self.passes.len()];
+        for (index, pass) in self.passes.iter().enumerate().rev() {
+            let root = matches!(pass.operation, Operation::Readback(_));
+            let written = || pass.uses.iter().filter(|u| u.access == Access::Write);
+            needed[index] = root || written().any(|u| live[u.buffer as usize]);
+            if !needed[index] {
+                continue;
+            }
+            let fills = matches!(pass.operation, Operation::Fill(_));
+            for usage in &pass.uses {
+                live[usage.buffer as usize] = !fills;
+            }
+        }
+        needed
+    }
+}
+
+impl Plan {
+    /// Number of phases.
+    pub fn phases(&self) -> u32 {
+        self.phase.last().map_or(0, |last| last + 1)
+    }
+
+    /// Bytes that transients would need without aliasing.
+    pub fn transient_bytes(&self) -> u64 {
+        let used = self.buffers.iter().zip(&self.placement).filter(|(_, place)| place.is_some());
+        used.map(|(info, _)| info.bytes.next_multiple_of(ALIGNMENT)).sum()
+    }
+
+    /// Leaves out the barrier before `phase`. Exists to prove, in tests, that a missing barrier is noticed.
+    #[doc(hidden)]
+    pub fn sabotage_barrier(&mut self, phase: u32) {
+        self.sabotaged.push(phase);
+    }
+
+    /// Buffer that holds the group counts of a pass.
+    pub(super) fn indirect_arguments(pass: &PassInfo) -> Option<u32> {
+        match pass.operation {
+            Operation::Dispatch { grid: GridSpec::Indirect(buffer), .. } => Some(buffer),
+            _ => None,
+        }
+    }
+}
+
+/// A pass joins the current phase unless it touches a buffer that this phase writes, or writes one that it reads.
+fn phases(passes: &[PassInfo], buffer_count: usize) -> Vec<u32> {
+    let mut current = 0;
+    let (mut read, mut written) = (vec![u32::MAX; buffer_count], vec![u32::MAX; buffer_count]);
+    let mut result = Vec::with_capacity(passes.len());
+    for pass in passes {
+        let conflict = pass.uses.iter().any(|u| {
+            let buffer = u.buffer as usize;
+            written[buffer] == current || (u.access == Access::Write && read[buffer] == current)
+        });
+        if conflict {
+            current += 1;
+        }
+        for usage in &pass.uses {
+            let table = if usage.access == Access::Write { &mut written } else { &mut read };
+            table[usage.buffer as usize] = current;
+        }
+        result.push(current);
+    }
+    result
+}
+
+fn lifetimes(passes: &[PassInfo], phase: &[u32], buffer_count: usize) -> Vec<Option<(u32, u32)>> {
+    let mut lifetime: Vec<Option<(u32, u32)>> = vec![None; buffer_count];
+    for (pass, &phase) in passes.iter().zip(phase) {
+        for usage in &pass.uses {
+            let slot = &mut lifetime[usage.buffer as usize];
+            *slot = Some(slot.map_or((phase, phase), |(first, _)| (first, phase)));
+        }
+    }
+    lifetime
+}
+
+/// First fit in order of declaration: the lowest offset that no buffer of an overlapping lifetime holds.
+fn place(buffers: &[BufferInfo], lifetime: &[Option<(u32, u32)>]) -> (Vec<Option<Placement>>, Vec<u64>) {
+    let mut placement: Vec<Option<Placement>> = vec![None; buffers.len()];
+    let mut arenas: Vec<u64> = Vec::new();
+    for index in 0..buffers.len() {
+        let (BufferKind::Transient, Some(span)) = (&buffers[index].kind, lifetime[index]) else { continue };
+        let bytes = buffers[index].bytes.next_multiple_of(ALIGNMENT);
+        let mut arena = 0;
+        let offset = loop {
+            let mut taken: Vec<(u64, u64)> = (0..index)
+                .filter_map(|other| {
+                    let (place, (first, last)) = (placement[other]?, lifetime[other]?);
+                    let overlaps = place.arena == arena && first <= span.1 && span.0 <= last;
+                    overlaps.then(|| (place.offset, place.offset + buffers[other].bytes.next_multiple_of(ALIGNMENT)))
+                })
+                .collect();
+            taken.sort_unstable();
+            let offset = taken.iter().fold(0, |at, &(from, to)| if at + bytes <= from { at } else { at.max(to) });
+            if offset + bytes <= ARENA_BYTES || offset == 0 {
+                break offset;
+            }
+            arena += 1;
+        };
+        if arenas.len() <= arena as usize {
+            arenas.push(0);
+        }
+        let end = &mut arenas[arena as usize];
+        *end = (*end).max(offset + bytes);
+        placement[index] = Some(Placement { arena, offset });
+    }
+    (placement, arenas)
+}

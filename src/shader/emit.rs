@@ -1,0 +1,193 @@
+//! Descriptions to Rust: structs with offset assertions, and for every kernel its parameters, bindings and constants.
+
+use super::{Kernel, Struct, Type};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The one struct that the graph itself has to know: group counts of an indirect dispatch, laid out by Vulkan.
+const INDIRECT: &str = "DispatchArgs";
+
+/// The text of the generated file. Two kernels that use a struct of one name must agree on its layout.
+pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
+    let mut structs = BTreeMap::new();
+    for kernel in kernels {
+        for binding in &kernel.bindings {
+            collect(&binding.element, &kernel.name, &mut structs)?;
+        }
+        for member in kernel.params.iter().flat_map(|params| &params.members) {
+            collect(&member.ty, &kernel.name, &mut structs)?;
+        }
+    }
+    let mut text = String::new();
+    for (definition, _) in structs.values().filter(|(definition, _)| definition.name != INDIRECT) {
+        write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
+    }
+    for kernel in kernels {
+        write_kernel(&mut text, kernel);
+    }
+    let names: Vec<_> = kernels.iter().map(|k| format!("    &{},\n", info_name(k))).collect();
+    let _ = write!(
+        text,
+        "/// Every kernel of this build.\npub static ALL: &[&crate::graph::KernelInfo] = &[\n{}];\n",
+        names.concat()
+    );
+    Ok(text)
+}
+
+fn collect(ty: &Type, kernel: &str, structs: &mut BTreeMap<String, (Struct, String)>) -> Result<(), String> {
+    match ty {
+        Type::Scalar(_) => Ok(()),
+        Type::Array(element, _) => collect(element, kernel, structs),
+        Type::Struct(definition) => {
+            for member in &definition.members {
+                collect(&member.ty, kernel, structs)?;
+            }
+            let known = structs.entry(definition.name.clone()).or_insert_with(|| (definition.clone(), kernel.into()));
+            if known.0 != *definition {
+                let other = &known.1;
+                return Err(format!("struct {} has one layout in {other} and another in {kernel}", definition.name));
+            }
+            Ok(())
+        }
+    }
+}
+
+fn rust_type(ty: &Type) -> String {
+    match ty {
+        Type::Scalar(name) => (*name).to_owned(),
+        Type::Array(element, count) => format!("[{}; {count}]", rust_type(element)),
+        Type::Struct(definition) if definition.name == INDIRECT => format!("crate::graph::{INDIRECT}"),
+        Type::Struct(definition) => definition.name.clone(),
+    }
+}
+
+fn write_struct(text: &mut String, name: &str, definition: &Struct, doc: &str) {
+    let _ = write!(
+        text,
+        "/// {doc}\n#[repr(C)]\n#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]\n\
+         pub struct {name} {{\n"
+    );
+    for member in &definition.members {
+        let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub {}: {},", member.name, rust_type(&member.ty));
+    }
+    text.push_str("}\n");
+    for member in &definition.members {
+        let _ = writeln!(
+            text,
+            "const _: () = assert!(std::mem::offset_of!({name}, {}) == {});",
+            member.name, member.offset
+        );
+    }
+    text.push('\n');
+}
+
+/// `scan_reduce` to `ScanReduce`.
+fn camel(name: &str) -> String {
+    name.split('_')
+        .map(|word| {
+            let mut letters = word.chars();
+            letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+        })
+        .collect()
+}
+
+fn info_name(kernel: &Kernel) -> String {
+    format!("{}_INFO", kernel.name.to_ascii_uppercase())
+}
+
+fn write_kernel(text: &mut String, kernel: &Kernel) {
+    let name = camel(&kernel.name);
+    if let Some(params) = &kernel.params {
+        write_struct(text, &format!("{name}Params"), params, &format!("Push constants of `{}`.", kernel.name));
+    }
+    write_info(text, kernel);
+    write_constants(text, kernel, &name);
+    write_bindings(text, kernel, &name);
+    let params = if kernel.params.is_some() { format!("{name}Params") } else { "()".into() };
+    let _ = write!(
+        text,
+        "impl crate::graph::Kernel for {name} {{\n    type Params = {params};\n    type Bindings<'a> = {name}Bindings<'a>;\n\
+         \x20   fn info(&self) -> &'static crate::graph::KernelInfo {{ &{} }}\n\
+         \x20   fn constants(&self) -> Vec<(u32, u32)> {{ vec![{}] }}\n}}\n\n",
+        info_name(kernel),
+        kernel
+            .constants
+            .iter()
+            .map(|c| format!("({}, {})", c.id, bits_of(c.ty, &c.name)))
+            .collect::<Vec<_>>()
+            .join(", ")
+    );
+}
+
+fn bits_of(ty: &str, name: &str) -> String {
+    let field = name.to_ascii_lowercase();
+    match ty {
+        "f32" => format!("self.{field}.to_bits()"),
+        _ => format!("self.{field} as u32"),
+    }
+}
+
+fn write_info(text: &mut String, kernel: &Kernel) {
+    let [x, y, z] = kernel.local_size;
+    let _ = write!(
+        text,
+        "/// Facts of `{0}`.\npub static {1}: crate::graph::KernelInfo = crate::graph::KernelInfo {{\n    name: \"{0}\",\n\
+         \x20   spirv: crate::graph::Spirv(include_bytes_aligned!(concat!(env!(\"OUT_DIR\"), \"/spirv/{0}.spv\"))),\n\
+         \x20   local_size: [{x}, {y}, {z}],\n    push_bytes: {2},\n    bindings: &[{3}],\n}};\n",
+        kernel.name,
+        info_name(kernel),
+        if kernel.params.is_some() { format!("size_of::<{}Params>() as u32", camel(&kernel.name)) } else { "0".into() },
+        kernel.bindings.iter().map(|b| b.index.to_string()).collect::<Vec<_>>().join(", ")
+    );
+}
+
+fn write_constants(text: &mut String, kernel: &Kernel, name: &str) {
+    let derive = "#[derive(Debug, Clone, Copy, PartialEq)]";
+    let _ = writeln!(text, "/// Kernel `{}` with its specialisation constants.\n{derive}", kernel.name);
+    if kernel.constants.is_empty() {
+        let _ = writeln!(text, "pub struct {name};");
+        return;
+    }
+    let _ = writeln!(text, "pub struct {name} {{");
+    for constant in &kernel.constants {
+        let field = constant.name.to_ascii_lowercase();
+        let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub {field}: {},", constant.ty);
+    }
+    let _ = writeln!(text, "}}\nimpl Default for {name} {{\n    fn default() -> Self {{\n        Self {{");
+    for constant in &kernel.constants {
+        let value = match constant.ty {
+            "f32" => format!("f32::from_bits({})", constant.default_bits),
+            "bool" => (constant.default_bits != 0).to_string(),
+            "i32" => (constant.default_bits as i32).to_string(),
+            _ => constant.default_bits.to_string(),
+        };
+        let _ = writeln!(text, "            {}: {value},", constant.name.to_ascii_lowercase());
+    }
+    text.push_str("        }\n    }\n}\n");
+}
+
+fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
+    let _ = writeln!(text, "/// Buffers of `{}`: shared borrows are read, exclusive ones written.", kernel.name);
+    let _ = writeln!(text, "pub struct {name}Bindings<'a> {{");
+    for b in &kernel.bindings {
+        let exclusive = if b.read_only { "" } else { "mut " };
+        let _ = writeln!(
+            text,
+            "    #[allow(missing_docs)]\n    pub {}: &'a {exclusive}crate::graph::Buf<{}>,",
+            b.name,
+            rust_type(&b.element)
+        );
+    }
+    if kernel.bindings.is_empty() {
+        let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub none: std::marker::PhantomData<&'a ()>,");
+    }
+    let _ = write!(
+        text,
+        "}}\nimpl crate::graph::Bindings for {name}Bindings<'_> {{\n    fn uses(&self) -> Vec<crate::graph::Use> {{\n        vec![\n"
+    );
+    for b in &kernel.bindings {
+        let call = if b.read_only { "read" } else { "write" };
+        let _ = writeln!(text, "            crate::graph::Use::{call}({}, self.{}),", b.index, b.name);
+    }
+    text.push_str("        ]\n    }\n}\n");
+}

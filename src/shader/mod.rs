@@ -1,0 +1,65 @@
+//! Kernels at build time: GLSL to SPIR-V ([`Compiler`]), SPIR-V to a description ([`reflect`]), descriptions to Rust
+//! ([`emit`]). Part of the build script and of its test, not of the library: GLSL is the truth for every layout that
+//! host and kernels share, and nothing generated is committed.
+
+mod compile;
+mod emit;
+mod reflect;
+
+pub use compile::{Compiler, kernel_files};
+pub use emit::emit;
+pub use reflect::reflect;
+
+/// A type that both GLSL's scalar block layout and `repr(C)` lay out alike.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Type {
+    /// `uint`, `int`, `float`, `uint64_t` as their Rust names.
+    Scalar(&'static str),
+    /// Vector or fixed array: `[element; count]`.
+    Array(Box<Type>, u32),
+    /// A named struct.
+    Struct(Struct),
+}
+
+/// A struct with the byte offsets that SPIR-V states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Struct {
+    pub name: String,
+    pub members: Vec<Member>,
+}
+
+/// One member of a [`Struct`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Member {
+    pub name: String,
+    pub offset: u32,
+    pub ty: Type,
+}
+
+/// A storage buffer that holds one runtime array.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding {
+    pub index: u32,
+    pub name: String,
+    pub element: Type,
+    pub read_only: bool,
+}
+
+/// A specialisation constant: always 32 bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constant {
+    pub id: u32,
+    pub name: String,
+    pub ty: &'static str,
+    pub default_bits: u32,
+}
+
+/// All that Rust has to know of a kernel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kernel {
+    pub name: String,
+    pub local_size: [u32; 3],
+    pub params: Option<Struct>,
+    pub bindings: Vec<Binding>,
+    pub constants: Vec<Constant>,
+}

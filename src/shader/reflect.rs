@@ -1,0 +1,137 @@
+//! SPIR-V to the description that [`super::emit`] turns into Rust.
+
+use super::{Binding, Constant, Kernel, Member, Struct, Type};
+use spirq::prelude::*;
+use spirq::ty::{ScalarType, StructType};
+use std::path::Path;
+
+/// Reads back what the compiled kernel really uses.
+pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
+    let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned();
+    let fail = |what: String| format!("{}: {what}", file.display());
+    let entry_points = ReflectConfig::new().spv(words).reflect().map_err(|e| fail(e.to_string()))?;
+    let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
+    let mut kernel = Kernel { name, local_size: local_size(words), params: None, bindings: vec![], constants: vec![] };
+    for var in &entry.vars {
+        match var {
+            Variable::Descriptor { desc_bind, ty, .. } => {
+                if desc_bind.set() != 0 {
+                    return Err(fail(format!("binding {} is outside of set 0", desc_bind.bind())));
+                }
+                kernel.bindings.push(binding(desc_bind.bind(), ty).map_err(&fail)?);
+            }
+            Variable::PushConstant { ty, .. } => {
+                let Some(block) = ty.as_struct() else { return Err(fail("push constants are not a block".into())) };
+                let mut params = structure(block).map_err(&fail)?;
+                params.name = "Params".into();
+                kernel.params = Some(params);
+            }
+            Variable::SpecConstant { name, spec_id, ty, .. } => {
+                let name = name.clone().ok_or_else(|| fail(format!("constant {spec_id} has lost its name")))?;
+                kernel.constants.push(constant(words, *spec_id, name, ty).map_err(&fail)?);
+            }
+            _ => {}
+        }
+    }
+    kernel.bindings.sort_by_key(|b| b.index);
+    kernel.bindings.dedup();
+    kernel.constants.sort_by_key(|c| c.id);
+    kernel.constants.dedup();
+    Ok(kernel)
+}
+
+/// Operation codes with their operands. The reflection crate leaves out workgroup sizes and untyped defaults.
+fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+    let mut rest = words.get(5..).unwrap_or_default();
+    std::iter::from_fn(move || {
+        let (length, op) = rest.first().map(|word| ((word >> 16).max(1) as usize, word & 0xffff))?;
+        let (now, after) = rest.split_at(length.min(rest.len()));
+        rest = after;
+        Some((op, &now[1..]))
+    })
+}
+
+fn local_size(words: &[u32]) -> [u32; 3] {
+    const OP_EXECUTION_MODE: u32 = 16;
+    const LOCAL_SIZE: u32 = 17;
+    let size = instructions(words).find_map(|(op, operands)| match operands {
+        [_, LOCAL_SIZE, x, y, z] if op == OP_EXECUTION_MODE => Some([*x, *y, *z]),
+        _ => None,
+    });
+    size.unwrap_or([1; 3])
+}
+
+fn binding(index: u32, ty: &spirq::ty::Type) -> Result<Binding, String> {
+    let block = ty.as_struct().ok_or_else(|| format!("binding {index} is not a storage block"))?;
+    let [member] = block.members.as_slice() else {
+        return Err(format!("binding {index}: a storage block holds exactly one runtime array"));
+    };
+    let name = member.name.clone().ok_or_else(|| format!("binding {index} has lost its name"))?;
+    let array = member.ty.as_array().ok_or_else(|| format!("{name}: a storage block holds one runtime array"))?;
+    if array.nelement.is_some() {
+        return Err(format!("{name}: the array has a fixed length"));
+    }
+    let element = convert(&array.element_ty)?;
+    Ok(Binding { index, name, element, read_only: member.access_ty == AccessType::ReadOnly })
+}
+
+fn structure(block: &StructType) -> Result<Struct, String> {
+    let name = block.name.clone().ok_or("a struct has lost its name")?;
+    let mut members = Vec::new();
+    for member in &block.members {
+        let member_name = member.name.clone().ok_or_else(|| format!("{name}: a member has lost its name"))?;
+        let offset = member.offset.ok_or_else(|| format!("{name}.{member_name} has no offset"))? as u32;
+        members.push(Member { name: member_name, offset, ty: convert(&member.ty)? });
+    }
+    Ok(Struct { name, members })
+}
+
+fn convert(ty: &spirq::ty::Type) -> Result<Type, String> {
+    use spirq::ty::Type as S;
+    match ty {
+        S::Scalar(scalar) => Ok(Type::Scalar(scalar_name(scalar)?)),
+        S::Vector(v) => Ok(Type::Array(Box::new(Type::Scalar(scalar_name(&v.scalar_ty)?)), v.nscalar)),
+        S::Array(a) => {
+            let count = a.nelement.ok_or("a runtime array inside of a struct")?;
+            Ok(Type::Array(Box::new(convert(&a.element_ty)?), count))
+        }
+        S::Struct(s) => Ok(Type::Struct(structure(s)?)),
+        other => Err(format!("type {other} cannot be shared with the host")),
+    }
+}
+
+fn scalar_name(scalar: &ScalarType) -> Result<&'static str, String> {
+    match scalar {
+        ScalarType::Integer { bits: 32, is_signed: false } => Ok("u32"),
+        ScalarType::Integer { bits: 32, is_signed: true } => Ok("i32"),
+        ScalarType::Integer { bits: 64, is_signed: false } => Ok("u64"),
+        ScalarType::Float { bits: 32 } => Ok("f32"),
+        other => Err(format!("scalar {other} cannot be shared with the host")),
+    }
+}
+
+/// Type and default of a specialisation constant.
+fn constant(words: &[u32], id: u32, name: String, ty: &spirq::ty::Type) -> Result<Constant, String> {
+    const OP_DECORATE: u32 = 71;
+    const DECORATION_SPEC_ID: u32 = 1;
+    const OP_SPEC_CONSTANT_TRUE: u32 = 48;
+    const OP_SPEC_CONSTANT_FALSE: u32 = 49;
+    const OP_SPEC_CONSTANT: u32 = 50;
+    let ty = match ty.as_scalar() {
+        Some(ScalarType::Boolean) => "bool",
+        Some(scalar) => scalar_name(scalar)?,
+        None => return Err(format!("constant {name} is not a scalar")),
+    };
+    let target = instructions(words).find_map(|(op, operands)| match operands {
+        [of, DECORATION_SPEC_ID, spec] if op == OP_DECORATE && *spec == id => Some(*of),
+        _ => None,
+    });
+    let default_bits = instructions(words).find_map(|(op, operands)| match (op, operands) {
+        (OP_SPEC_CONSTANT_TRUE, [_, of]) if Some(*of) == target => Some(1),
+        (OP_SPEC_CONSTANT_FALSE, [_, of]) if Some(*of) == target => Some(0),
+        (OP_SPEC_CONSTANT, [_, of, bits]) if Some(*of) == target => Some(*bits),
+        _ => None,
+    });
+    let default_bits = default_bits.ok_or_else(|| format!("constant {name} has no default"))?;
+    Ok(Constant { id, name, ty, default_bits })
+}
