@@ -95,7 +95,13 @@ impl Instance {
         // SAFETY: the layers and extensions named are reported as present (VUID-vkCreateInstance-ppEnabledExtensionNames-01388);
         // all pointers in `info` outlive the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|code| {
-            Error::NoDevice(format!("vkCreateInstance failed with VkResult {}; is a driver installed?", code.as_raw()))
+            let hint = match code {
+                vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                    "no Vulkan driver is installed; on Debian: mesa-vulkan-drivers"
+                }
+                _ => "the loader or a layer refuses",
+            };
+            Error::NoDevice(format!("{hint} (vkCreateInstance gives VkResult {})", code.as_raw()))
         })?;
         let mut instance = Self { raw, version, debug_utils, validating: validate, log, messenger: None };
         if validate {
