@@ -234,15 +234,32 @@ fn oversize_requests_are_refused_with_advice() {
         let Error::OutOfMemory { object, bytes: asked, advice } = refused else { panic!("{refused:?}") };
         assert!(object == "photon_hits" && asked == bytes && advice.contains("--photons"), "{advice}");
     }
+    device.check_validation().unwrap();
+}
+
+#[test]
+fn a_buffer_longer_than_a_binding_is_used_in_parts() {
+    let device = device();
+    let limits = device.info().limits;
     if limits.storage_range < (1 << 28).min(limits.allocation) {
-        let bytes = limits.storage_range + 16;
+        let start = limits.storage_range.next_multiple_of(limits.storage_alignment);
+        let bytes = start + 256;
         let large = device.buffer("large", bytes, Place::Device).unwrap();
         let mut recorder = device.recorder("large").unwrap();
         let all = BufferSlice::whole(&large);
         let part = BufferSlice { bytes: limits.storage_range, ..all };
         let refused = recorder.bind(&affine(&device, 1), &[(0, all), (1, part)], &push(0, 0));
         assert!(matches!(refused, Err(Error::OutOfMemory { object, .. }) if object.contains("large")));
-        recorder.bind(&affine(&device, 1), &[(0, part), (1, part)], &push(0, 0)).unwrap();
+        recorder.fill(&large, 0, 256, 20);
+        recorder.barrier();
+        let tail = BufferSlice { offset: start, bytes: 256, ..all };
+        recorder.bind(&affine(&device, 2), &[(0, part), (1, tail)], &push(64, 2)).unwrap();
+        recorder.dispatch([1, 1, 1]);
+        recorder.barrier();
+        let target = device.buffer("target", 256, Place::Readback).unwrap();
+        recorder.copy(&large, start, &target, 0, 256);
+        recorder.finish().unwrap().submit().unwrap().wait().unwrap();
+        assert_eq!(words(&target), [42; 64]);
     }
     device.check_validation().unwrap();
 }

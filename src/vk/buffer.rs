@@ -1,6 +1,7 @@
 //! Buffers and the memory under them.
 
 use super::core::Core;
+use super::limits::DeviceKind;
 use super::{failed, lock};
 use crate::error::{Error, Result};
 use ash::vk;
@@ -26,6 +27,27 @@ pub struct MemoryUse {
     pub current: u64,
     /// The most so far.
     pub peak: u64,
+}
+
+/// The books of a device's memory.
+#[derive(Default)]
+pub(super) struct Accounts {
+    pub all: MemoryUse,
+    /// Bytes in [`Place::Device`].
+    device: u64,
+}
+
+impl Accounts {
+    fn add(&mut self, place: Place, bytes: u64) {
+        self.all.current += bytes;
+        self.all.peak = self.all.peak.max(self.all.current);
+        self.device += if place == Place::Device { bytes } else { 0 };
+    }
+
+    fn remove(&mut self, place: Place, bytes: u64) {
+        self.all.current -= bytes;
+        self.device -= if place == Place::Device { bytes } else { 0 };
+    }
 }
 
 /// A storage buffer that can also be copied, filled and read as indirect arguments. Freed when neither this value nor
@@ -70,7 +92,7 @@ impl<'a> BufferSlice<'a> {
 
 impl Buffer {
     pub(super) fn new(core: &Arc<Core>, name: &str, bytes: u64, place: Place) -> Result<Self> {
-        refuse_oversize(core, name, bytes)?;
+        refuse_oversize(core, name, bytes, place)?;
         let capacity = bytes.next_multiple_of(SLACK) + SLACK;
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
@@ -86,10 +108,7 @@ impl Buffer {
             // SAFETY: nobody else has seen the buffer.
             unsafe { core.raw.destroy_buffer(raw, None) };
         })?;
-        let mut memory = lock(&core.memory);
-        memory.current += allocation.size();
-        memory.peak = memory.peak.max(memory.current);
-        drop(memory);
+        lock(&core.memory).add(place, allocation.size());
         let inner = BufferInner {
             core: Arc::clone(core),
             raw,
@@ -151,7 +170,7 @@ impl Drop for BufferInner {
         unsafe { self.core.raw.destroy_buffer(self.raw, None) };
         let allocation = self.allocation.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner).take();
         if let Some(allocation) = allocation {
-            lock(&self.core.memory).current -= allocation.size();
+            lock(&self.core.memory).remove(self.place, allocation.size());
             // The only failure is a foreign allocation, which this is not.
             let _ = lock(&self.core.allocator).free(allocation);
         }
@@ -159,7 +178,7 @@ impl Drop for BufferInner {
 }
 
 /// Refuses what no memory type of the device can hold, before the driver (or the host's memory) is tried.
-fn refuse_oversize(core: &Core, name: &str, bytes: u64) -> Result<()> {
+fn refuse_oversize(core: &Core, name: &str, bytes: u64, place: Place) -> Result<()> {
     let limits = &core.info.limits;
     let refuse = |limit: u64, what: &str| {
         let advice = format!("{what} is {limit} bytes; lower --photons or --size, or choose another --device");
@@ -169,8 +188,10 @@ fn refuse_oversize(core: &Core, name: &str, bytes: u64) -> Result<()> {
     if capacity > limits.allocation {
         return refuse(limits.allocation, "the largest single buffer");
     }
-    let used = lock(&core.memory).current;
-    if limits.heap > 0 && capacity.saturating_add(used) > limits.heap {
+    // A discrete GPU's staging buffers lie in the host's memory, which is not what the heap counts.
+    let local = |place| place == Place::Device || core.info.kind != DeviceKind::Discrete;
+    let used = if local(Place::Upload) { lock(&core.memory).all.current } else { lock(&core.memory).device };
+    if local(place) && limits.heap > 0 && capacity.saturating_add(used) > limits.heap {
         return refuse(limits.heap.saturating_sub(used), "what is left of the device's memory");
     }
     Ok(())

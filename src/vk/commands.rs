@@ -149,7 +149,7 @@ impl CommandState {
     }
 
     /// The scope that finished last before the device was lost, by the markers or else by the timestamps.
-    fn last_finished(&self) -> String {
+    pub(super) fn last_finished(&self) -> String {
         let finished: Vec<bool> = match &self.markers {
             Some(markers) => {
                 let mut bytes = vec![0; markers.bytes() as usize];

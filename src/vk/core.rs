@@ -1,6 +1,6 @@
 //! The logical device that everything else holds a share of: queue, timeline, allocator, finite waits, tear-down.
 
-use super::buffer::MemoryUse;
+use super::buffer::Accounts;
 use super::features::FeatureChain;
 use super::instance::Instance;
 use super::limits::{Candidate, DeviceInfo, Identity};
@@ -41,7 +41,7 @@ pub(super) struct Core {
     pub identity: Identity,
     pub queue_family: u32,
     pub markers: bool,
-    pub memory: Mutex<MemoryUse>,
+    pub memory: Mutex<Accounts>,
     pub allocator: ManuallyDrop<Mutex<Allocator>>,
     pub instance: ManuallyDrop<Instance>,
     labels: Option<ext::debug_utils::Device>,

@@ -4,7 +4,7 @@ use super::buffer::{Buffer, MemoryUse, Place};
 use super::cache::{CacheFile, default_cache_dir};
 use super::core::Core;
 use super::features::Feature;
-use super::instance::{Instance, ValidationLog};
+use super::instance::{Instance, NEWEST, ValidationLog};
 use super::limits::{DeviceInfo, candidates};
 use super::pipeline::{Pipeline, PipelineDesc, PipelineStore};
 use super::record::Recorder;
@@ -56,7 +56,7 @@ pub struct Device {
 /// # Errors
 /// [`Error::NoDevice`] without a Vulkan loader or driver; [`Error::Vulkan`] if enumeration fails. The list may be empty.
 pub fn devices() -> Result<Vec<DeviceInfo>> {
-    let instance = Instance::new(false)?;
+    let instance = Instance::new(false, NEWEST)?;
     Ok(candidates(&instance)?.into_iter().map(|candidate| candidate.info).collect())
 }
 
@@ -67,9 +67,14 @@ impl Device {
     /// [`Error::NoDevice`] if nothing fits `options.select` or the validation layers are missing,
     /// [`Error::MissingFeature`] if what was chosen cannot run any kernel of this crate, [`Error::Vulkan`] otherwise.
     pub fn open(options: &DeviceOptions) -> Result<Arc<Self>> {
+        Self::open_version(options, NEWEST)
+    }
+
+    /// Opens a device as if the loader knew nothing beyond Vulkan `newest`.
+    fn open_version(options: &DeviceOptions, newest: u32) -> Result<Arc<Self>> {
         let forced = std::env::var_os("NEPHROID_VALIDATE").is_some_and(|value| value == "1");
         let validate = options.validate || forced;
-        let instance = Instance::new(validate)?;
+        let instance = Instance::new(validate, newest)?;
         let candidate = options.select.choose(candidates(&instance)?)?;
         let core = Arc::new(Core::new(instance, candidate, options.wait_limit, options.markers || validate)?);
         let file = options.cache.as_ref().map(|folder| CacheFile::new(folder, core.identity));
@@ -119,7 +124,7 @@ impl Device {
 
     /// Bytes in buffers of this device.
     pub fn memory(&self) -> MemoryUse {
-        *lock(&self.core.memory)
+        lock(&self.core.memory).all
     }
 
     /// A new buffer of `bytes` bytes (0 is allowed) with undefined content.
@@ -151,7 +156,7 @@ impl Device {
     }
 
     /// After how many iterations this driver silently ends the loops of an invocation, if it does (Mesa's lavapipe
-    /// before 23: 65535 over all loops together). Found by running a loop of [`probe::WANTED`] iterations, once.
+    /// before 23: 65535 over all loops together). Found by running a loop of 2^20 iterations, once.
     /// Where the probe itself fails, the known limit is assumed.
     pub fn loop_limit(&self) -> Option<u32> {
         *self.loop_limit.get_or_init(|| probe::loop_limit(self).unwrap_or(Some(probe::ASSUMED)))
@@ -166,5 +171,107 @@ impl Device {
             return Ok(());
         }
         Err(Error::DeviceLost { last_finished_scope: "unknown (while waiting for the whole queue)".to_owned() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options() -> DeviceOptions {
+        DeviceOptions { validate: true, cache: None, ..DeviceOptions::default() }
+    }
+
+    /// Timestamps, barriers, submission and subgroup features come from extensions then.
+    #[test]
+    fn vulkan_1_2_with_extensions_does_the_same() {
+        let device = Device::open_version(&options(), ash::vk::API_VERSION_1_2).unwrap();
+        assert_eq!(device.info().api_version.1, 2);
+        assert!(matches!(device.core.sync2, crate::vk::core::Sync2::Extension(_)));
+        let newest = Device::open(&options()).unwrap();
+        assert_eq!(device.info().features, newest.info().features);
+        assert_eq!(device.loop_limit(), newest.loop_limit());
+        let target = device.buffer("target", 64, Place::Readback).unwrap();
+        let mut recorder = device.recorder("old").unwrap();
+        recorder.begin_scope("fill");
+        recorder.fill(&target, 0, 64, 0x0102_0304);
+        recorder.end_scope();
+        let commands = recorder.finish().unwrap();
+        commands.submit().unwrap().wait().unwrap();
+        let mut bytes = [0; 64];
+        target.read(0, &mut bytes);
+        assert_eq!(bytes, [4, 3, 2, 1].repeat(16)[..]);
+        assert_eq!(commands.timings().len(), usize::from(device.info().features.timestamps));
+        device.check_validation().unwrap();
+    }
+
+    #[test]
+    fn a_device_that_does_not_answer_in_time_is_lost() {
+        let options = DeviceOptions { wait_limit: Duration::ZERO, ..options() };
+        let device = Device::open(&options).unwrap();
+        let buffer = device.buffer("busy", 1 << 26, Place::Device).unwrap();
+        let mut recorder = device.recorder("busy").unwrap();
+        for index in 0..200 {
+            recorder.begin_scope(&format!("fill {index}"));
+            recorder.fill(&buffer, 0, buffer.bytes(), index);
+            recorder.end_scope();
+            recorder.barrier();
+        }
+        let commands = recorder.finish().unwrap();
+        let run = commands.submit().unwrap();
+        let lost = run.wait().expect_err("200 fills of 64 MiB take longer than no time");
+        let Error::DeviceLost { last_finished_scope: scope } = lost else { panic!("{lost:?}") };
+        assert!(scope.ends_with("of 'busy'") && !scope.contains("fill 199"), "{scope}");
+        assert!(commands.submit().is_err(), "nothing more is given to a device that hangs");
+        // It was only slow: the process must not end while a driver's thread is at work.
+        while !run.is_done().unwrap() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        run.wait().unwrap();
+        assert_eq!(commands.state.last_finished(), "'fill 199' of 'busy'");
+    }
+
+    #[test]
+    fn timestamps_stand_in_for_markers() {
+        let device = Device::open(&DeviceOptions { cache: None, ..DeviceOptions::default() }).unwrap();
+        if device.is_validating() || !device.info().features.timestamps {
+            return;
+        }
+        let mut recorder = device.recorder("plain").unwrap();
+        recorder.begin_scope("only");
+        recorder.end_scope();
+        let commands = recorder.finish().unwrap();
+        assert!(commands.state.markers.is_none());
+        commands.submit().unwrap().wait().unwrap();
+        assert_eq!(commands.state.last_finished(), "'only' of 'plain'");
+    }
+
+    #[test]
+    fn handles_may_cross_threads() {
+        fn shared<T: Send + Sync>() {}
+        shared::<Device>();
+        shared::<crate::vk::Buffer>();
+        shared::<crate::vk::Pipeline>();
+        shared::<crate::vk::Commands>();
+        shared::<crate::vk::Submission>();
+        shared::<Recorder>();
+        let device = Device::open(&options()).unwrap();
+        std::thread::scope(|scope| {
+            for thread in 0..4u32 {
+                let device = &device;
+                scope.spawn(move || {
+                    for round in 0..20 {
+                        let target = device.buffer("target", 64, Place::Readback).unwrap();
+                        let mut recorder = device.recorder("thread").unwrap();
+                        recorder.fill(&target, 0, 64, thread * 1000 + round);
+                        recorder.finish().unwrap().submit().unwrap().wait().unwrap();
+                        let mut word = [0; 4];
+                        target.read(60, &mut word);
+                        assert_eq!(u32::from_ne_bytes(word), thread * 1000 + round);
+                    }
+                });
+            }
+        });
+        device.check_validation().unwrap();
     }
 }

@@ -6,6 +6,9 @@ use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, OnceLock};
 
+/// The newest version whose features are used where present.
+pub(super) const NEWEST: u32 = vk::API_VERSION_1_3;
+
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// What the validation layers said so far: warnings and errors about our use of Vulkan.
@@ -51,10 +54,10 @@ pub(super) fn entry() -> Result<&'static ash::Entry> {
 }
 
 impl Instance {
-    /// Creates an instance, with the validation layer if `validate`.
-    pub fn new(validate: bool) -> Result<Self> {
+    /// Creates an instance for at most Vulkan `newest`, with the validation layer if `validate`.
+    pub fn new(validate: bool, newest: u32) -> Result<Self> {
         let entry = entry()?;
-        let version = supported_version(entry)?;
+        let version = supported_version(entry)?.min(newest);
         let names = extension_names(entry, None)?;
         if validate {
             require_layer(entry)?;
@@ -92,7 +95,13 @@ impl Instance {
         // SAFETY: the layers and extensions named are reported as present (VUID-vkCreateInstance-ppEnabledExtensionNames-01388);
         // all pointers in `info` outlive the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|code| {
-            Error::NoDevice(format!("vkCreateInstance failed with VkResult {}; is a driver installed?", code.as_raw()))
+            let hint = match code {
+                vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                    "no Vulkan driver is installed; on Debian: mesa-vulkan-drivers"
+                }
+                _ => "the loader or a layer refuses",
+            };
+            Error::NoDevice(format!("{hint} (vkCreateInstance gives VkResult {})", code.as_raw()))
         })?;
         let mut instance = Self { raw, version, debug_utils, validating: validate, log, messenger: None };
         if validate {
@@ -134,7 +143,7 @@ fn supported_version(entry: &ash::Entry) -> Result<u32> {
     if version < vk::API_VERSION_1_2 {
         return Err(Error::NoDevice("the Vulkan loader is older than Vulkan 1.2".into()));
     }
-    Ok(version.min(vk::API_VERSION_1_3))
+    Ok(version)
 }
 
 fn extension_names(entry: &ash::Entry, layer: Option<&CStr>) -> Result<Vec<std::ffi::CString>> {

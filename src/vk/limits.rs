@@ -1,7 +1,7 @@
 //! Physical devices: what they are called, what they can do, how much of it.
 
 use super::failed;
-use super::features::{Extensions, Feature, FeatureChain, Features};
+use super::features::{Extensions, Feature, FeatureChain, Features, REQUIRED};
 use super::instance::Instance;
 use crate::error::Result;
 use ash::vk;
@@ -77,8 +77,17 @@ pub struct DeviceInfo {
     pub limits: Limits,
     /// Abilities.
     pub features: Features,
-    /// What this crate needs or would use and the device lacks, in words.
+    /// What this crate needs or would use and the device lacks, in words; what makes it unusable comes first.
     pub lacks: Vec<String>,
+    /// How many entries of [`DeviceInfo::lacks`] make the device unusable.
+    pub blocking: usize,
+}
+
+impl DeviceInfo {
+    /// What keeps the device from running any kernel of this crate; nothing if it is usable.
+    pub fn obstacles(&self) -> &[String] {
+        &self.lacks[..self.blocking]
+    }
 }
 
 /// A device with what is needed to open it.
@@ -122,7 +131,7 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
     let (mut limits, driver, subgroups) = if is_12 {
         properties(instance, raw, version, &extensions)
     } else {
-        (basic_limits(&basic.limits), format!("version {:#x}", basic.driver_version), Default::default())
+        (basic_limits(&basic.limits), format!("version {:#x}", basic.driver_version), Subgroups::default())
     };
     // SAFETY: `raw` comes from this instance.
     let memory = unsafe { instance.raw.get_physical_device_memory_properties(raw) };
@@ -137,10 +146,11 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
         unsafe { instance.raw.get_physical_device_features2(raw, &mut head) };
         let core = head.features;
         features = chain.features(&core);
-        features.add_subgroups(subgroups.0, subgroups.1);
+        features.add_subgroups(subgroups.stages, subgroups.operations);
+        features.subgroup_size_control &= subgroups.sized_stages.contains(vk::ShaderStageFlags::COMPUTE);
     }
     features.timestamps = limits.timestamp_bits > 0;
-    let lacks = lacks(&features, version, queue_family.is_some());
+    let (lacks, blocking) = lacks(&features, version, queue_family.is_some());
     let info = DeviceInfo {
         index,
         name,
@@ -150,6 +160,7 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
         limits,
         features,
         lacks,
+        blocking,
     };
     let identity = Identity {
         vendor: basic.vendor_id,
@@ -160,8 +171,8 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
     Ok(Candidate { raw, info, version, extensions, queue_family, identity })
 }
 
-/// In words, what is missing: first what is required, then what would be used.
-fn lacks(features: &Features, version: u32, computes: bool) -> Vec<String> {
+/// In words, what is missing: first what is required, and how much of it; then what would be used.
+fn lacks(features: &Features, version: u32, computes: bool) -> (Vec<String>, usize) {
     let mut list = Vec::new();
     if version < vk::API_VERSION_1_2 {
         list.push("Vulkan 1.2".to_owned());
@@ -169,8 +180,11 @@ fn lacks(features: &Features, version: u32, computes: bool) -> Vec<String> {
     if !computes {
         list.push("a compute queue".to_owned());
     }
-    list.extend(features.missing(Feature::ALL));
-    list
+    list.extend(features.missing(REQUIRED));
+    let blocking = list.len();
+    let optional: Vec<Feature> = Feature::ALL.iter().copied().filter(|feature| !REQUIRED.contains(feature)).collect();
+    list.extend(features.missing(&optional));
+    (list, blocking)
 }
 
 /// A family that also does graphics is the main queue of every known GPU; pure compute families may be a slice of it.
@@ -193,7 +207,14 @@ fn extensions(instance: &Instance, raw: vk::PhysicalDevice, name: &str) -> Resul
     })
 }
 
-type Subgroups = (vk::ShaderStageFlags, vk::SubgroupFeatureFlags);
+/// What subgroups can do.
+#[derive(Default)]
+struct Subgroups {
+    stages: vk::ShaderStageFlags,
+    operations: vk::SubgroupFeatureFlags,
+    /// Stages for which a size can be demanded.
+    sized_stages: vk::ShaderStageFlags,
+}
 
 /// Limits, driver text and subgroup operations of a 1.2 device; the only place where property chains are built.
 fn properties(
@@ -227,7 +248,12 @@ fn properties(
     limits.subgroup_size_min = if has_size_control { sizes.min_subgroup_size } else { v11.subgroup_size };
     limits.subgroup_size_max = if has_size_control { sizes.max_subgroup_size } else { v11.subgroup_size };
     let driver = format!("{} {}", text(&v12.driver_name), text(&v12.driver_info)).trim().to_owned();
-    (limits, driver, (v11.subgroup_supported_stages, v11.subgroup_supported_operations))
+    let subgroups = Subgroups {
+        stages: v11.subgroup_supported_stages,
+        operations: v11.subgroup_supported_operations,
+        sized_stages: sizes.required_subgroup_size_stages,
+    };
+    (limits, driver, subgroups)
 }
 
 fn basic_limits(limits: &vk::PhysicalDeviceLimits) -> Limits {

@@ -26,8 +26,9 @@
 //! Handles are freed only when no command buffer can use them any more: [`Commands`] holds shares of the buffers and
 //! pipelines it names, waits for its own last run before it is freed, and everything holds a share of the logical
 //! device. All waits are finite: a device that stops answering gives [`Error::DeviceLost`], and what it may still use
-//! is then leaked rather than freed under it. A kernel that indexes outside its buffers is the one thing this module
-//! cannot prevent; the kernels are this crate's own and are tested with guard words.
+//! is then leaked rather than freed under it. What this module cannot prevent is a kernel that is itself wrong (invalid
+//! SPIR-V, an index outside its buffers, absurd indirect arguments): kernels are this crate's own, pass spirv-val, and
+//! are tested with guard words.
 //!
 //! # Synchronisation
 //!

@@ -8,9 +8,12 @@ use ash::vk;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
+/// First word of every SPIR-V module in the host's byte order.
+const SPIRV_MAGIC: u32 = 0x0723_0203;
+
 /// A compute kernel as the device sees it. The entry point is `main`; all buffers are storage buffers in set 0.
 ///
-/// Creating a pipeline panics if `push_bytes` is no multiple of 4 or above [`Limits::PUSH_BYTES`], or if a binding or
+/// Creating a pipeline panics if `spirv` is no SPIR-V, if `push_bytes` is no multiple of 4 or above [`Limits::PUSH_BYTES`], or if a binding or
 /// constant is named twice: such a description is wrong on every device.
 #[derive(Clone, Copy, Debug)]
 pub struct PipelineDesc<'a> {
@@ -166,6 +169,7 @@ fn check(core: &Core, desc: &PipelineDesc<'_>) -> Result<()> {
         numbers.windows(2).all(|pair| pair[0] != pair[1])
     };
     let name = desc.name;
+    assert!(desc.spirv.len() > 5 && desc.spirv[0] == SPIRV_MAGIC, "the kernel '{name}' is no SPIR-V");
     assert!(desc.push_bytes <= Limits::PUSH_BYTES, "'{name}' has {} bytes of push constants", desc.push_bytes);
     assert!(desc.push_bytes.is_multiple_of(4), "'{name}' has {} bytes of push constants", desc.push_bytes);
     assert!(unique(desc.bindings.to_vec()), "'{name}' names a binding twice: {:?}", desc.bindings);

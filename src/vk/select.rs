@@ -1,6 +1,5 @@
 //! Which device: the meaning of `--device`.
 
-use super::features::REQUIRED;
 use super::limits::{Candidate, DeviceInfo, DeviceKind};
 use crate::error::{Error, Result};
 use std::str::FromStr;
@@ -55,14 +54,12 @@ impl DeviceSelect {
         if fitting.is_empty() {
             return Err(Error::NoDevice(format!("{} among: {listed}", self.complaint())));
         }
-        fitting.sort_by_key(|candidate| (!missing(candidate).is_empty(), candidate.info.kind));
+        fitting.sort_by_key(|candidate| (candidate.info.blocking > 0, candidate.info.kind));
         let best = fitting.swap_remove(0);
-        match missing(&best).first() {
-            None => Ok(best),
-            Some(_) => {
-                Err(Error::MissingFeature { device: best.info.name.clone(), feature: missing(&best).join(", ") })
-            }
+        if best.info.blocking == 0 {
+            return Ok(best);
         }
+        Err(Error::MissingFeature { device: best.info.name.clone(), feature: best.info.obstacles().join(", ") })
     }
 
     fn complaint(&self) -> String {
@@ -73,18 +70,6 @@ impl DeviceSelect {
             Self::Cpu => "there is no software device (on Debian: mesa-vulkan-drivers)".to_owned(),
         }
     }
-}
-
-/// What makes a device unusable.
-fn missing(candidate: &Candidate) -> Vec<String> {
-    let mut list = candidate.info.features.missing(REQUIRED);
-    if candidate.version < ash::vk::API_VERSION_1_2 {
-        list.insert(0, "Vulkan 1.2".to_owned());
-    }
-    if candidate.queue_family.is_none() {
-        list.push("a compute queue".to_owned());
-    }
-    list
 }
 
 fn list(candidates: &[Candidate]) -> String {
@@ -101,11 +86,7 @@ mod tests {
     use crate::vk::features::{Extensions, Features};
     use crate::vk::limits::{Identity, Limits};
 
-    fn usable() -> Features {
-        Features { synchronization2: true, timeline: true, scalar_layout: true, ..Features::default() }
-    }
-
-    fn candidate(index: usize, name: &str, kind: DeviceKind, features: Features) -> Candidate {
+    fn candidate(index: usize, name: &str, kind: DeviceKind, lacks: &[&str]) -> Candidate {
         let limits = Limits {
             storage_range: 1 << 27,
             allocation: 1 << 31,
@@ -130,8 +111,9 @@ mod tests {
             driver: String::new(),
             api_version: (1, 3, 0),
             limits,
-            features,
-            lacks: Vec::new(),
+            features: Features::default(),
+            lacks: lacks.iter().map(|&text| text.to_owned()).collect(),
+            blocking: lacks.len(),
         };
         let identity = Identity { vendor: 0, device: 0, driver_version: 0, uuid: [0; 16] };
         Candidate {
@@ -146,10 +128,10 @@ mod tests {
 
     fn machine() -> Vec<Candidate> {
         vec![
-            candidate(0, "llvmpipe (LLVM 15)", DeviceKind::Software, usable()),
-            candidate(1, "Iris Xe", DeviceKind::Integrated, usable()),
-            candidate(2, "GeForce old", DeviceKind::Discrete, Features::default()),
-            candidate(3, "GeForce new", DeviceKind::Discrete, usable()),
+            candidate(0, "llvmpipe (LLVM 15)", DeviceKind::Software, &[]),
+            candidate(1, "Iris Xe", DeviceKind::Integrated, &[]),
+            candidate(2, "GeForce old", DeviceKind::Discrete, &["timeline semaphores"]),
+            candidate(3, "GeForce new", DeviceKind::Discrete, &[]),
         ]
     }
 
