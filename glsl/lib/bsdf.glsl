@@ -24,6 +24,7 @@ struct Surface {
     vec3 emission;
     vec3 absorption;
     float opacity;    // 0 where an alpha mask cuts the surface away
+    vec3 error;       // bound of the position's rounding error, per coordinate
 };
 
 vec3 fresnel_schlick(vec3 f0, float f90, float cosine) {

@@ -1,5 +1,5 @@
 const float PI = 3.14159265358979;
-const float INFINITY = uintBitsToFloat(0x7f800000u);
+#define INFINITY uintBitsToFloat(0x7f800000u)
 
 float luminance(vec3 c) {
     return dot(c, vec3(0.2126, 0.7152, 0.0722));

@@ -14,7 +14,7 @@ uint hash2(uint a, uint b) {
 }
 
 float unit_float(uint bits) { // [0, 1)
-    return float(bits >> 8) * 0x1p-24;
+    return float(bits >> 8) * 5.9604644775390625e-8;
 }
 
 // Owen scrambling by a hash that only carries upwards (Laine and Karras 2011; Burley 2020, "Practical Hash-based Owen

@@ -1,7 +1,8 @@
 // The scene's buffers, bound alike by every kernel that uses them; a kernel's own buffers begin at binding 16.
 #include "shared/scene.glsl"
-layout(set = 0, binding = 0, scalar) readonly buffer Nodes { vec4 nodes[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Triangles { vec4 triangles[]; };
+#include "shared/bvh.glsl"
+layout(set = 0, binding = 0, scalar) readonly buffer Nodes { BvhNode nodes[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Triangles { BvhTriangle triangles[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Shading { vec4 shading_data[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer Materials { Material materials[]; };
 layout(set = 0, binding = 4, scalar) readonly buffer TextureUses { TextureUse texture_uses[]; };

@@ -1,20 +1,6 @@
 // From a hit to a Surface: interpolation, textures, material.
 
-struct Hit {
-    float t;
-    vec2 barycentric; // of the second and third vertex
-    uint triangle;    // leaf order; NO_TRIANGLE for a miss
-};
-
-const uint NO_TRIANGLE = 0xffffffffu;
-
-Hit unpack_hit(uvec4 w) {
-    return Hit(uintBitsToFloat(w.x), vec2(uintBitsToFloat(w.y), uintBitsToFloat(w.z)), w.w);
-}
-
-uvec4 pack_hit(Hit h) {
-    return uvec4(floatBitsToUint(h.t), floatBitsToUint(h.barycentric.x), floatBitsToUint(h.barycentric.y), h.triangle);
-}
+#include "lib/hit.glsl"
 
 // What differentials need beyond the Surface.
 struct Facet {
@@ -73,7 +59,7 @@ vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
 
 // Emitted radiance of the front side at a point of a triangle.
 vec3 emission_at(uint triangle, vec2 barycentric) {
-    uint m = floatBitsToUint(triangles[3u * triangle + 2u].w);
+    uint m = floatBitsToUint(triangles[triangle].v2.w);
     vec3 emission = materials[m].emissive;
     if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
         uint at = triangle * SHADING_STRIDE;
@@ -120,14 +106,13 @@ void apply_material(inout Surface s, Material m, vec4 color, vec2 uv0, vec2 uv1)
     s.absorption = ABSORPTION ? m.absorption : vec3(0.0);
 }
 
-Surface load_surface(Hit hit, vec3 direction, out Facet facet, out vec3 vertices[3]) {
-    vec4 w0 = triangles[3u * hit.triangle], w1 = triangles[3u * hit.triangle + 1u], w2 = triangles[3u * hit.triangle + 2u];
-    vertices[0] = w0.xyz;
-    vertices[1] = w1.xyz;
-    vertices[2] = w2.xyz;
-    vec3 b = vec3(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
+Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
+    BvhTriangle corners = triangles[hit.triangle];
+    vec4 w0 = corners.v0, w1 = corners.v1, w2 = corners.v2;
+    vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
     Surface s;
     s.position = b.x * w0.xyz + b.y * w1.xyz + b.z * w2.xyz;
+    s.error = position_error(w0.xyz, w1.xyz, w2.xyz);
     s.material = floatBitsToUint(w2.w);
     facet.e1 = w1.xyz - w0.xyz;
     facet.e2 = w2.xyz - w0.xyz;
@@ -161,4 +146,15 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet, out vec3 vertices
     s.absorption = vec3(0.0);
     apply_material(s, m, interpolate_color(at, b), uv0, uv1);
     return s;
+}
+
+// For shadow rays: whether an alpha mask leaves the triangle in place at this point.
+bool alpha_accepts(uint triangle, vec2 barycentrics) {
+    if (!ALPHA_MASK) return true;
+    Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
+    if (m.alpha_cutoff < 0.0) return true;
+    uint at = triangle * SHADING_STRIDE;
+    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    float alpha = m.base_alpha * interpolate_color(at, b).a;
+    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
 }

@@ -28,8 +28,8 @@ struct Aabb {
 };
 
 // Eye hit, 64 bytes, one per path slot.
-//   a: position, octahedral geometric normal   b: throughput times diffuse reflectance over pi, octahedral shading normal
-//   c: throughput times glossy F0, GGX alpha    d: octahedral direction to the eye, throughput times F90 weight, 0, 0
+//   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
+//   c: throughput, GGX alpha  d: octahedral direction to the eye, F0 and F90 as halves, triangle
 struct EyeHit {
     uvec4 a;
     uvec4 b;

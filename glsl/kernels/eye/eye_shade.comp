@@ -26,7 +26,7 @@ layout(set = 0, binding = 26, scalar) writeonly buffer ChildSlots { uint child_s
 layout(set = 0, binding = 27, scalar) writeonly buffer AovFirst { float aov_first[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/intersect.glsl"
+#include "lib/spawn.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 
@@ -44,12 +44,12 @@ void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
     aov_first[at + 6u] = depth;
 }
 
-void store_hit(uint slot, Surface s, vec3 to_eye, vec3 weight) {
+void store_hit(uint slot, uint triangle, Surface s, vec3 to_eye, vec3 weight) {
     EyeHit h;
     h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
     h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
     h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(s.alpha));
-    h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), 0u);
+    h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), triangle);
     eye_hits[slot] = h;
     valid[slot] = 1u;
 }
@@ -92,9 +92,8 @@ void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child refl
     transmitted.medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
 }
 
-void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, vec3 vertices[3], Hit hit, Surface s, uint state) {
-    vec3 b = vec3(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
-    vec3 origin = offset_ray_origin(vertices[0], vertices[1], vertices[2], b, s.geometric, c.direction);
+void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, Surface s, uint state) {
+    vec3 origin = spawn_origin(s.position, s.error, s.geometric, c.direction);
     rays[2u * slot] = vec4(origin, 0.0);
     rays[2u * slot + 1u] = vec4(c.direction, 0.0);
     throughput[slot] = vec4(through * c.weight, float(slots));
@@ -124,8 +123,7 @@ void main() {
         return;
     }
     Facet facet;
-    vec3 vertices[3];
-    Surface s = load_surface(hit, d, facet, vertices);
+    Surface s = load_surface(hit, d, facet);
     uint medium = state & PATH_MEDIUM_MASK;
     if (ABSORPTION) {
         // The back of a volume's boundary was reached from inside of it, whatever the path knows of its past.
@@ -135,14 +133,14 @@ void main() {
     }
     Child pass_through = Child(d, vec3(1.0), 1.0, medium);
     if (ALPHA_MASK && s.opacity == 0.0) {
-        if (depth < MAX_DEPTH) emit_child(j, 0u, slot, slots, pass_through, through, vertices, hit, s, state);
+        if (depth < MAX_DEPTH) emit_child(j, 0u, slot, slots, pass_through, through, s, state);
         return;
     }
     radiance[slot].xyz += through * s.emission;
     if (AOV && depth == 0u) write_aov(slot, s.diffuse + (GLOSSY ? s.f0 : vec3(0.0)) + s.transmission, s.shading, hit.t);
     bool gathers = has_diffuse(s);
     if (!GLOSSY) {
-        if (gathers) store_hit(slot, s, -d, through);
+        if (gathers) store_hit(slot, hit.triangle, s, -d, through);
         return;
     }
     gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
@@ -163,14 +161,14 @@ void main() {
         bool stay = choice < p;
         choice = stay ? choice / p : (choice - p) / (1.0 - p);
         if (stay) {
-            store_hit(slot, s, -d, through / p);
+            store_hit(slot, hit.triangle, s, -d, through / p);
             return;
         }
         through /= 1.0 - p;
         gathers = false;
     }
     if (gathers) {
-        store_hit(slot, s, -d, through);
+        store_hit(slot, hit.triangle, s, -d, through);
         slot += 1u;
         slots -= 1u;
         if (slots == 0u) return;
@@ -180,8 +178,8 @@ void main() {
     if (both) {
         uint minor = max(1u, slots / 4u);
         uint slots_a = a.importance < b.importance ? minor : slots - minor;
-        emit_child(j, 0u, slot, slots_a, a, through, vertices, hit, s, state);
-        emit_child(j, 1u, slot + slots_a, slots - slots_a, b, through, vertices, hit, s, state);
+        emit_child(j, 0u, slot, slots_a, a, through, s, state);
+        emit_child(j, 1u, slot + slots_a, slots - slots_a, b, through, s, state);
         return;
     }
     float p = a.importance / (a.importance + b.importance);
@@ -192,5 +190,5 @@ void main() {
     float survive = clamp((a.importance + b.importance) * 20.0, 0.05, 1.0);
     if (unit_float(hash(seed ^ 0x9e3779b9u)) >= survive) return;
     c.weight /= survive;
-    emit_child(j, 0u, slot, slots, c, through, vertices, hit, s, state);
+    emit_child(j, 0u, slot, slots, c, through, s, state);
 }

@@ -2,10 +2,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/header.glsl"
+#include "shared/bvh.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Nodes { vec4 nodes[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Triangles { vec4 triangles[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Nodes { BvhNode nodes[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Triangles { BvhTriangle triangles[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer Rays { vec4 rays[]; };
@@ -17,5 +18,5 @@ void main() {
     if (i >= count[0]) return;
     uint slot = list[i];
     Hit hit = trace_closest(rays[2u * slot].xyz, rays[2u * slot + 1u].xyz, INFINITY);
-    hits[slot] = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.barycentric.x), floatBitsToUint(hit.barycentric.y), hit.triangle);
+    hits[slot] = pack_hit(hit);
 }

@@ -1,0 +1,49 @@
+// Direct light at the eye hits: one light chosen by power, one shadow ray. Glass casts full shadows here; the light
+// that it lets through arrives as caustic photons.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/header.glsl"
+#include "lib/sampling.glsl"
+#include "lib/scene_bindings.glsl"
+#include "shared/photon.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
+layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
+#include "lib/textures.glsl"
+#include "lib/bsdf.glsl"
+#include "lib/spawn.glsl"
+#include "lib/surface.glsl"
+#include "lib/environment.glsl"
+#include "lib/lights.glsl"
+#include "lib/eye_hit.glsl"
+#define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
+#include "lib/traverse.glsl"
+
+void main() {
+    uint j = linear_id();
+    if (j >= count[0] || globals[0].light_count == 0u) return;
+    uint slot = list[j];
+    EyeHit hit = eye_hits[slot];
+    vec3 to_eye, through;
+    Surface s = surface_of(hit, to_eye, through);
+    uint key = hash2(pass[0].seed, slot ^ 0x5bd1e995u);
+    float choice = sequence1(pass[0].index, key, 1u);
+    uint light = choose_light(choice);
+    LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));
+    float cosine = dot(s.shading, l.to_light);
+    if (cosine <= 0.0 || dot(s.geometric, l.to_light) <= 0.0 || max_component(l.weight) <= 0.0) return;
+    vec3 f;
+    if (GLOSSY) {
+        f = through * gathered_bsdf(s, to_eye, l.to_light);
+        if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
+    } else {
+        f = uintBitsToFloat(hit.b.xyz);
+    }
+    BvhTriangle corners = triangles[hit.d.w];
+    vec3 origin = spawn_origin(s.position, position_error(corners.v0.xyz, corners.v1.xyz, corners.v2.xyz), s.geometric, l.to_light);
+    if (trace_any(origin, l.target - origin, 1.0)) return;
+    radiance[slot].xyz += f * l.weight * cosine;
+}

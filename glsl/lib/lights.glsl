@@ -1,0 +1,64 @@
+// Choosing a light by power, and sampling it from a point.
+
+// First light whose cumulative probability is above u; u becomes uniform again inside of the chosen interval.
+uint choose_light(inout float u) {
+    uint low = 0u, high = globals[0].light_count - 1u;
+    for (int step = 0; step < 32 && low < high; ++step) {
+        uint middle = (low + high) >> 1;
+        if (lights[middle].cumulative > u) high = middle;
+        else low = middle + 1u;
+    }
+    float before = low == 0u ? 0.0 : lights[low - 1u].cumulative;
+    u = clamp((u - before) / max(lights[low].cumulative - before, 1e-12), 0.0, 0.99999994);
+    return low;
+}
+
+// KHR_lights_punctual's recommended falloff between the cones.
+float spot_falloff(Light l, float cosine) {
+    float t = clamp((cosine - l.cos_outer) / max(l.cos_inner - l.cos_outer, 1e-4), 0.0, 1.0);
+    return t * t;
+}
+
+struct LightSample {
+    vec3 to_light;  // unit
+    vec3 target;    // point on the light; for parallel light a point outside of the scene
+    vec3 weight;    // radiance over density per solid angle, or the limit of that for delta lights
+    bool delta;     // cannot be hit by a followed path
+};
+
+LightSample sample_light(uint index, vec3 position, vec2 u) {
+    Light l = lights[index];
+    LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true);
+    if (AREA_LIGHTS && l.kind == LIGHT_TRIANGLE) {
+        BvhTriangle corners = triangles[l.triangle];
+        vec2 b = uniform_triangle(u);
+        vec3 p = corners.v0.xyz * (1.0 - b.x - b.y) + corners.v1.xyz * b.x + corners.v2.xyz * b.y;
+        vec3 normal = triangle_normal(corners.v1.xyz - corners.v0.xyz, corners.v2.xyz - corners.v0.xyz);
+        vec3 offset = p - position;
+        float distance = length(offset);
+        s.to_light = offset / distance;
+        float cosine = -dot(normal, s.to_light);
+        // On the light's own error bound towards the receiver, so that the shadow ray ends before the light.
+        s.target = spawn_origin(p, position_error(corners.v0.xyz, corners.v1.xyz, corners.v2.xyz), normal, normal);
+        s.weight = cosine > 0.0 ? emission_at(l.triangle, b) * (cosine * (l.area / distance) / (distance * l.probability)) : vec3(0.0);
+        s.delta = false;
+    } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
+        float pdf;
+        vec3 radiance = sample_environment(u, s.to_light, pdf);
+        s.target = position + s.to_light * (4.0 * globals[0].radius);
+        s.weight = pdf > 0.0 ? radiance / (pdf * l.probability) : vec3(0.0);
+        s.delta = false;
+    } else if (DELTA_LIGHTS && l.kind == LIGHT_DIRECTIONAL) {
+        s.to_light = -l.direction;
+        s.target = position + s.to_light * (4.0 * globals[0].radius);
+        s.weight = l.emission / l.probability;
+    } else if (DELTA_LIGHTS) {
+        vec3 offset = l.position - position;
+        float distance = length(offset);
+        s.to_light = offset / distance;
+        s.target = l.position;
+        float falloff = l.kind == LIGHT_SPOT ? spot_falloff(l, -dot(s.to_light, l.direction)) : 1.0;
+        s.weight = l.emission / distance / distance * (falloff / l.probability);
+    }
+    return s;
+}
