@@ -1,4 +1,56 @@
 //! One file per algorithm: graph functions over the generated kernels, with their CPU references and tests.
 
+pub mod compact;
 #[allow(clippy::all)]
 pub mod generated;
+
+pub mod reduce;
+pub mod scan;
+pub mod segmented_scan;
+pub mod sort;
+
+use crate::graph::{Buf, Graph, ReadBuf};
+
+/// How many items of its buffers an algorithm works on.
+#[derive(Clone, Copy)]
+pub enum Items<'a> {
+    /// All that the first input buffer holds.
+    All,
+    /// As many as the first word of this buffer says when the pass runs, at most what the first input buffer holds.
+    Counted(&'a Buf<u32>),
+}
+
+/// The buffer from which kernels read their item count.
+pub(crate) enum CountBuffer<'a> {
+    Constant(ReadBuf<u32>),
+    Given(&'a Buf<u32>),
+}
+
+impl<'a> Items<'a> {
+    /// The count as a buffer, for kernels that serve both cases.
+    pub(crate) fn buffer(self, g: &mut Graph, capacity: u32) -> CountBuffer<'a> {
+        match self {
+            Items::All => CountBuffer::Constant(g.upload("item_count", &[capacity])),
+            Items::Counted(count) => CountBuffer::Given(count),
+        }
+    }
+}
+
+impl std::ops::Deref for CountBuffer<'_> {
+    type Target = Buf<u32>;
+    fn deref(&self) -> &Buf<u32> {
+        match self {
+            Self::Constant(count) => count,
+            Self::Given(count) => count,
+        }
+    }
+}
+
+/// Items in a tile of the scans and reductions (glsl/lib/scan.glsl).
+pub(crate) const TILE: u32 = 2048;
+
+/// Workgroups that share `capacity` items in whole tiles. More than 1024 would not be faster on any device, and their
+/// partial results then fit one tile, so that no algorithm here needs recursion.
+pub(crate) fn groups_for(capacity: u32) -> u32 {
+    capacity.div_ceil(TILE).clamp(1, 1024)
+}

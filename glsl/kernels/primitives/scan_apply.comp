@@ -1,0 +1,35 @@
+// Exclusive scan of each workgroup's share, starting from the sum of all shares before it.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+layout(local_size_x = 256) in;
+#include "lib/scan.glsl"
+
+layout(push_constant, scalar) uniform Params { uint capacity; } params;
+layout(set = 0, binding = 0, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Source { uint source[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Partial { uint partial[]; };
+layout(set = 0, binding = 3, scalar) writeonly buffer Target { uint target[]; };
+
+void main() {
+    uint n = min(count[0], params.capacity);
+    Share share = share_of(gl_WorkGroupID.x, gl_NumWorkGroups.x, n, TILE);
+    uint rank = workgroup_rank();
+    uint carry = partial[gl_WorkGroupID.x];
+    for (uint tile = share.first; tile < share.end; tile++) {
+        uint base = tile * TILE + rank * ITEMS;
+        uint value[ITEMS];
+        uint sum = 0u;
+        for (uint k = 0u; k < ITEMS; k++) {
+            value[k] = base + k < n ? source[base + k] : 0u;
+            sum += value[k];
+        }
+        uint all;
+        uint running = carry + workgroup_exclusive_add(sum, all);
+        for (uint k = 0u; k < ITEMS; k++) {
+            if (base + k < n) target[base + k] = running;
+            running += value[k];
+        }
+        carry += all;
+    }
+}

@@ -1,0 +1,148 @@
+//! Runs graphs on a device under validation: outputs start poisoned, words behind them must survive, two runs must give
+//! the same bits.
+//!
+//! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`), `NEPHROID_VALIDATE=0` leaves the validation layers out.
+
+use std::fmt::Debug;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+use bytemuck::Pod;
+use nephroid::graph::{Graph, Persistent, Runtime};
+use nephroid::vk::{Device, DeviceOptions};
+
+/// Byte that fills outputs before a run.
+const POISON: u8 = 0xa5;
+/// Four of them.
+pub const POISON_WORD: u32 = 0xa5a5_a5a5;
+/// Elements behind every output that no kernel may touch.
+const GUARD: u32 = 64;
+
+/// A device for tests; one at a time uses it.
+pub struct Harness {
+    runtime: Runtime,
+}
+
+/// Memory for a result: `len` elements and a guard.
+pub struct Output<T> {
+    memory: Persistent<T>,
+    len: usize,
+}
+
+/// An [`Output`] of any type.
+pub trait Poisoned {
+    /// Fills it with poison.
+    fn poison(&self, runtime: &Runtime);
+    /// Its bytes without the guard, which is checked.
+    fn bytes(&self, runtime: &Runtime) -> Vec<u8>;
+}
+
+impl Harness {
+    /// The device of this test process.
+    pub fn lock() -> MutexGuard<'static, Self> {
+        static HARNESS: OnceLock<Mutex<Harness>> = OnceLock::new();
+        let harness = HARNESS.get_or_init(|| {
+            let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());
+            let validate = std::env::var("NEPHROID_VALIDATE").map_or(true, |value| value != "0");
+            let select = select.parse().expect("NEPHROID_TEST_DEVICE names a device");
+            let options = DeviceOptions { select, validate, cache: None, ..DeviceOptions::default() };
+            Mutex::new(Self { runtime: Runtime::new(Device::open(&options).expect("a device for the tests")) })
+        });
+        harness.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Memory with content.
+    pub fn input<T: Pod>(&self, data: &[T]) -> Persistent<T> {
+        self.runtime.persistent_from("test input", data).expect("memory for an input")
+    }
+
+    /// Memory for a result.
+    pub fn output<T: Pod>(&self, len: usize) -> Output<T> {
+        let memory = self.runtime.persistent("test output", len as u32 + GUARD).expect("memory for an output");
+        Output { memory, len }
+    }
+
+    /// Runs what `declare` declares twice, with poisoned outputs each time.
+    pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl FnOnce(&mut Graph)) {
+        let mut graph = Graph::new();
+        declare(&mut graph);
+        let plan = graph.plan().expect("a plan");
+        let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
+        let mut results = Vec::new();
+        for _ in 0..2 {
+            outputs.iter().for_each(|output| output.poison(&self.runtime));
+            executable.run().expect("a run without validation messages");
+            results.push(outputs.iter().map(|output| output.bytes(&self.runtime)).collect::<Vec<_>>());
+        }
+        assert!(results[0] == results[1], "two runs differ");
+    }
+
+    /// Result of the last run.
+    pub fn content<T: Pod>(&self, output: &Output<T>) -> Vec<T> {
+        let mut data = self.runtime.download(&output.memory).expect("a result");
+        data.truncate(output.len);
+        data
+    }
+}
+
+impl<T> Output<T> {
+    /// The memory, longer by the guard than asked for.
+    pub fn memory(&self) -> &Persistent<T> {
+        &self.memory
+    }
+}
+
+impl<T: Pod> Poisoned for Output<T> {
+    fn poison(&self, runtime: &Runtime) {
+        let bytes = vec![POISON; self.memory.bytes() as usize];
+        runtime.overwrite(&self.memory, &bytemuck::pod_collect_to_vec::<u8, T>(&bytes)).expect("poison");
+    }
+
+    fn bytes(&self, runtime: &Runtime) -> Vec<u8> {
+        let data = runtime.download(&self.memory).expect("a result");
+        let guard: &[u8] = bytemuck::cast_slice(&data[self.len..]);
+        assert!(guard.iter().all(|&byte| byte == POISON), "a kernel wrote behind its output of {} items", self.len);
+        bytemuck::cast_slice(&data[..self.len]).to_vec()
+    }
+}
+
+/// Item counts around every boundary: workgroups of 256, tiles of 2048, shares of several tiles.
+pub const SIZES: &[usize] = &[0, 1, 255, 256, 257, 2047, 2048, 2049, 65_537, 1_000_003];
+
+/// A generator of test data (SplitMix64, Steele, Lea, Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    /// The next 64 bits.
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let a = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let b = (a ^ (a >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        b ^ (b >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u32 << 24) as f32
+    }
+}
+
+/// Adversarial inputs of `n` words: zeros, maxima, equal, sorted, reversed, random.
+pub fn patterns(n: usize) -> Vec<(&'static str, Vec<u32>)> {
+    let mut random = Random(n as u64 + 1);
+    vec![
+        ("zeros", vec![0; n]),
+        ("maxima", vec![u32::MAX; n]),
+        ("equal", vec![0x1234_5678; n]),
+        ("sorted", (0..n as u32).map(|i| i * 3).collect()),
+        ("reversed", (0..n as u32).rev().map(|i| i << 8).collect()),
+        ("random", (0..n).map(|_| random.next() as u32).collect()),
+    ]
+}
+
+/// Fails with the first place where two results differ.
+pub fn assert_same<T: PartialEq + Debug>(got: &[T], wanted: &[T], what: &str) {
+    assert_eq!(got.len(), wanted.len(), "{what}: length");
+    if let Some(i) = (0..got.len()).find(|&i| got[i] != wanted[i]) {
+        panic!("{what}: item {i} of {} is {:?}, not {:?}", got.len(), got[i], wanted[i]);
+    }
+}
