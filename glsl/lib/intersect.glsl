@@ -1,0 +1,112 @@
+// Ray against triangle and against box, and the origins of spawned rays. No epsilon is a length: every bound is a
+// multiple of the coordinates that it bounds, so geometry scaled by a power of two gives the same bits.
+// The host mirror is src/kernels/trace.rs; u below is half an ulp of 1, 2^-24.
+
+// A ray prepared for many tests: the permuted, sheared frame of Woop, Benthin and Wald, "Watertight Ray/Triangle
+// Intersection" (JCGT 2013), and slab origins moved apart so that no box of an accepted triangle is missed.
+struct RayFrame {
+    vec3 origin;
+    vec3 inverse;     // 1 / direction; infinite where the direction is zero
+    vec3 near_origin; // origin for the planes where the ray enters a box
+    vec3 far_origin;  // origin for the planes where it leaves
+    bvec3 negative;   // direction < 0
+    bvec2 major;      // the largest component of the direction is x, is y
+    vec3 shear;       // direction.x / z, direction.y / z, 1 / z after the permutation
+};
+
+// Cyclic permutation that moves the major axis to z. By selects: dynamic indexing goes through memory.
+vec3 to_major_axis(vec3 v, bvec2 major) {
+    return major.x ? v.yzx : (major.y ? v.zxy : v);
+}
+
+// `low` and `high` bound the whole scene.
+//
+// The padding of the slab origins: let r be the largest distance, along an axis, from the origin to a corner of the
+// scene. A sheared vertex is wrong by at most 2u |A.xy| + (3 + d)u |A.z| where d u is the error of a division (Vulkan
+// allows 2.5 ulp, d = 5): 10 u r. The slab distances are wrong by (2 + d)u relative, a shift of the plane by 7 u r. Their sum
+// stays below 2^-19 r = 32 u r; the second term covers the rounding of the moved origin itself. The padding also keeps
+// a zero direction component finite: a plane through the origin is never 0 * inf.
+RayFrame ray_frame(vec3 origin, vec3 direction, vec3 low, vec3 high) {
+    RayFrame ray;
+    ray.origin = origin;
+    vec3 size = abs(direction);
+    ray.major.x = size.x > size.y && size.x > size.z;
+    ray.major.y = !ray.major.x && size.y > size.z;
+    precise vec3 d = to_major_axis(direction, ray.major);
+    precise vec3 shear = vec3(d.x / d.z, d.y / d.z, 1.0 / d.z);
+    ray.shear = shear;
+    precise vec3 inverse = 1.0 / direction;
+    ray.inverse = mix(inverse, vec3(uintBitsToFloat(0x7f800000u)), equal(direction, vec3(0.0)));
+    ray.negative = lessThan(direction, vec3(0.0));
+    precise vec3 reach = max(abs(low - origin), abs(high - origin));
+    precise float r = max(reach.x, max(reach.y, reach.z));
+    precise vec3 pad = r * exp2(-19.0) + abs(origin) * exp2(-23.0);
+    precise vec3 less = origin - pad;
+    precise vec3 more = origin + pad;
+    ray.near_origin = mix(more, less, ray.negative);
+    ray.far_origin = mix(less, more, ray.negative);
+    return ray;
+}
+
+// Ray parameter where the ray enters the box; `leaves` is where it leaves. Missed unless enter <= leave.
+float box_enter(RayFrame ray, vec3 low, vec3 high, out float leave) {
+    precise vec3 near = (mix(low, high, ray.negative) - ray.near_origin) * ray.inverse;
+    precise vec3 far = (mix(high, low, ray.negative) - ray.far_origin) * ray.inverse;
+    leave = min(min(far.x, far.y), far.z);
+    return max(max(near.x, near.y), near.z);
+}
+
+// a - round(a * b) to the last bit (Dekker 1971, Veltkamp's splitting): exact unless it underflows. Written out because a
+// fused multiply-add is not fused everywhere.
+float product_error(float a, float b, float product) {
+    precise float ca = 4097.0 * a;
+    precise float ah = ca - (ca - a);
+    precise float al = a - ah;
+    precise float cb = 4097.0 * b;
+    precise float bh = cb - (cb - b);
+    precise float bl = b - bh;
+    precise float e = ((ah * bh - product) + ah * bl + al * bh) + al * bl;
+    return e;
+}
+
+// a.x b.y - a.y b.x with the exact sign. Rounding is monotonic, so a difference of rounded products that is not zero
+// has the right sign already; if it is zero, the difference of the rounding errors is the difference.
+float edge_function(vec2 a, vec2 b) {
+    precise float p = a.x * b.y;
+    precise float q = a.y * b.x;
+    precise float difference = p - q;
+    if (difference == 0.0) {
+        precise float exact = product_error(a.x, b.y, p) - product_error(a.y, b.x, q);
+        difference = exact;
+    }
+    return difference;
+}
+
+// Distance and barycentrics (of v1, v2) of a hit from either side with 0 < t; false where there is none.
+//
+// Two triangles that share an edge compute opposite values of its edge function, so no ray passes between them. t is
+// raised to where the ray enters the triangle's own box: an edge-on triangle has an ill-conditioned t, and with this
+// bound no box around the triangle is entered behind its t. Hence every tree finds the same hit as a loop over all
+// triangles, ties included.
+bool intersect_triangle(RayFrame ray, vec3 v0, vec3 v1, vec3 v2, out float t, out vec2 barycentrics) {
+    precise vec3 a = to_major_axis(v0 - ray.origin, ray.major);
+    precise vec3 b = to_major_axis(v1 - ray.origin, ray.major);
+    precise vec3 c = to_major_axis(v2 - ray.origin, ray.major);
+    precise vec2 pa = a.xy - ray.shear.xy * a.z;
+    precise vec2 pb = b.xy - ray.shear.xy * b.z;
+    precise vec2 pc = c.xy - ray.shear.xy * c.z;
+    float u = edge_function(pc, pb);
+    float v = edge_function(pa, pc);
+    float w = edge_function(pb, pa);
+    bool inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    precise float det = u + v + w;
+    precise float inverse = 1.0 / det;
+    precise float b0 = u * inverse;
+    precise float b1 = v * inverse;
+    precise float b2 = w * inverse;
+    barycentrics = vec2(b1, b2);
+    precise float distance = (b0 * a.z + b1 * b.z + b2 * c.z) * ray.shear.z;
+    float leave;
+    t = max(distance, box_enter(ray, min(min(v0, v1), v2), max(max(v0, v1), v2), leave));
+    return inside && det != 0.0 && t > 0.0;
+}

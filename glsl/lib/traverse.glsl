@@ -1,0 +1,104 @@
+// Closest hit and any hit of a ray in a binary BVH.
+//
+// The including kernel declares, before the include, with glsl/shared/bvh.glsl:
+//   readonly buffer of BvhNode named `nodes`, readonly buffer of BvhTriangle named `triangles`
+// and may define TRACE_ACCEPT(triangle, barycentrics), a bool expression called for triangles that are flagged
+// BVH_ALPHA_MASKED; where it is false, the ray goes on. Without it every triangle stops rays.
+#include "lib/intersect.glsl"
+
+struct Hit {
+    float t;           // ray parameter; t_max where nothing was hit
+    vec2 barycentrics; // weights of v1 and v2
+    uint triangle;     // index in leaf order, or BVH_MISS
+};
+
+// Marks the bottom of the stack: a leaf reference that no builder makes.
+const uint TRACE_DONE = 0xffffffffu;
+
+// Node and triangle steps of one ray. Software drivers cut loops at 65,535 iterations without a word; a bound of
+// our own is one that the host can know.
+const uint TRACE_MAX_STEPS = 60000u;
+
+uint trace_stack[BVH_MAX_DEPTH + 2u];
+float trace_stack_t[BVH_MAX_DEPTH + 2u];
+
+// A frame for rays in the tree of `nodes`, whose root holds the bounds of the scene.
+RayFrame trace_frame(vec3 origin, vec3 direction) {
+    BvhNode root = nodes[0];
+    return ray_frame(origin, direction, min(root.min0.xyz, root.min1.xyz), max(root.max0.xyz, root.max1.xyz));
+}
+
+bool trace_accepts(BvhTriangle triangle, uint index, vec2 barycentrics) {
+#ifdef TRACE_ACCEPT
+    return (floatBitsToUint(triangle.v1.w) & BVH_ALPHA_MASKED) == 0u || TRACE_ACCEPT(index, barycentrics);
+#else
+    return true;
+#endif
+}
+
+// Next reference from the stack whose box the ray still enters in time.
+uint trace_pop(inout uint top, float t_best) {
+    top--;
+    while (trace_stack_t[top] > t_best) top--;
+    return trace_stack[top];
+}
+
+Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
+    RayFrame ray = trace_frame(origin, direction);
+    Hit hit = Hit(t_max, vec2(0.0), BVH_MISS);
+    uint hit_id = BVH_MISS;
+    uint top = 1u;
+    trace_stack[0] = TRACE_DONE;
+    trace_stack_t[0] = -1.0;
+    uint current = 0u;
+    uint steps = 0u;
+    while (current != TRACE_DONE && steps < TRACE_MAX_STEPS) {
+        steps++;
+        if ((current & BVH_LEAF) == 0u) {
+            BvhNode node = nodes[current];
+            float leave0, leave1;
+            float enter0 = max(box_enter(ray, node.min0.xyz, node.max0.xyz, leave0), 0.0);
+            float enter1 = max(box_enter(ray, node.min1.xyz, node.max1.xyz, leave1), 0.0);
+            bool hit0 = enter0 <= min(leave0, hit.t);
+            bool hit1 = enter1 <= min(leave1, hit.t);
+            uint child0 = floatBitsToUint(node.min0.w);
+            uint child1 = floatBitsToUint(node.max0.w);
+            bool swap = !hit0 || (hit1 && enter1 < enter0);
+            if (hit0 && hit1) {
+                trace_stack[top] = swap ? child0 : child1;
+                trace_stack_t[top] = swap ? enter0 : enter1;
+                top++;
+            }
+            current = swap ? child1 : child0;
+            if (!hit0 && !hit1) current = trace_pop(top, hit.t);
+        } else {
+            uint index = current & BVH_FIRST_MASK;
+            BvhTriangle triangle = triangles[index];
+            uint id = floatBitsToUint(triangle.v0.w);
+            float t;
+            vec2 barycentrics;
+            bool found = intersect_triangle(ray, triangle.v0.xyz, triangle.v1.xyz, triangle.v2.xyz, t, barycentrics);
+            found = found && (t < hit.t || (t == hit.t && id < hit_id));
+            found = found && trace_accepts(triangle, index, barycentrics);
+            if (found) {
+                hit = Hit(t, barycentrics, index);
+                hit_id = id;
+            }
+            bool last = (current & BVH_COUNT_MASK) == 0u;
+            current += 1u - BVH_COUNT_ONE;
+            if (last) current = trace_pop(top, hit.t);
+            if (any && hit.triangle != BVH_MISS) current = TRACE_DONE;
+        }
+    }
+    return hit;
+}
+
+// The closest hit with 0 < t <= t_max; of hits at the same t, the one with the lowest original triangle id.
+Hit trace_closest(vec3 origin, vec3 direction, float t_max) {
+    return traverse(origin, direction, t_max, false);
+}
+
+// Whether anything is hit with 0 < t <= t_max.
+bool trace_any(vec3 origin, vec3 direction, float t_max) {
+    return traverse(origin, direction, t_max, true).triangle != BVH_MISS;
+}
