@@ -1,0 +1,196 @@
+// One step of the eye paths: adds emission, stores an eye hit where the surface gathers, and follows mirrors and glass
+// with up to two children. A path owns a range of its pixel's slots; splitting divides the range, and with a single slot
+// left one continuation is drawn by its weight, so that no sum depends on the order of execution.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/header.glsl"
+#include "lib/sampling.glsl"
+#include "lib/scene_bindings.glsl"
+#include "shared/photon.glsl"
+layout(local_size_x = 64) in;
+
+layout(constant_id = 20) const bool AOV = false;
+layout(constant_id = 21) const uint MAX_DEPTH = 24;
+
+layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 18, scalar) buffer Rays { vec4 rays[]; };
+layout(set = 0, binding = 19, scalar) readonly buffer Hits { uvec4 hits[]; };
+layout(set = 0, binding = 20, scalar) buffer Throughput { vec4 throughput[]; };
+layout(set = 0, binding = 21, scalar) buffer States { uint states[]; };
+layout(set = 0, binding = 22, scalar) buffer Radiance { vec4 radiance[]; };
+layout(set = 0, binding = 23, scalar) writeonly buffer EyeHits { EyeHit eye_hits[]; };
+layout(set = 0, binding = 24, scalar) writeonly buffer Valid { uint valid[]; };
+layout(set = 0, binding = 25, scalar) writeonly buffer ChildFlags { uint child_flags[]; };
+layout(set = 0, binding = 26, scalar) writeonly buffer ChildSlots { uint child_slots[]; };
+layout(set = 0, binding = 27, scalar) writeonly buffer AovFirst { float aov_first[]; };
+#include "lib/textures.glsl"
+#include "lib/bsdf.glsl"
+#include "lib/intersect.glsl"
+#include "lib/surface.glsl"
+#include "lib/environment.glsl"
+
+// Below this luminance of the throughput a minor continuation is drawn by chance instead of taking a slot of its own.
+const float SPLIT_THRESHOLD = 0.004;
+
+void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
+    uint at = 7u * (slot / camera[0].slots);
+    aov_first[at] = albedo.x;
+    aov_first[at + 1u] = albedo.y;
+    aov_first[at + 2u] = albedo.z;
+    aov_first[at + 3u] = normal.x;
+    aov_first[at + 4u] = normal.y;
+    aov_first[at + 5u] = normal.z;
+    aov_first[at + 6u] = depth;
+}
+
+void store_hit(uint slot, Surface s, vec3 to_eye, vec3 weight) {
+    EyeHit h;
+    h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
+    h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
+    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(s.alpha));
+    h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), 0u);
+    eye_hits[slot] = h;
+    valid[slot] = 1u;
+}
+
+struct Child {
+    vec3 direction;
+    vec3 weight;      // factor on the throughput
+    float importance; // luminance of throughput times weight; 0: absent
+    uint medium;
+};
+
+// Reflection from, and transmission through, the followed lobes.
+void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child reflected, out Child transmitted) {
+    reflected = Child(vec3(0.0), vec3(0.0), 0.0, medium);
+    transmitted = Child(vec3(0.0), vec3(0.0), 0.0, medium);
+    bool glass = GLASS && max_component(s.transmission) > 0.0;
+    bool glossy = s.alpha < ALPHA_GATHER && (glass || has_followed_glossy(s));
+    if (!glass && !glossy) return;
+    vec3 facet = sample_facet(s, -d, u);
+    float cosine = clamp(-dot(facet, d), 0.0, 1.0);
+    bool volume = (s.flags & MATERIAL_VOLUME) != 0u;
+    float eta = volume ? (s.front ? 1.0 / s.ior : s.ior) : 1.0;
+    vec3 fresnel = fresnel_schlick(s.f0, s.f90, cosine);
+    if (glass) fresnel = vec3(fresnel_dielectric(cosine, volume ? eta : 1.0 / s.ior));
+    vec3 r = reflect(d, facet);
+    if (dot(r, s.geometric) > 0.0) {
+        reflected.direction = r;
+        reflected.weight = fresnel * facet_weight(s, -d, r);
+        reflected.importance = luminance(through * reflected.weight);
+    }
+    if (!glass) return;
+    float k = 1.0 - eta * eta * (1.0 - cosine * cosine);
+    if (k <= 0.0) return;
+    vec3 t = eta * d + (eta * cosine - sqrt(k)) * facet;
+    if (dot(t, s.geometric) >= 0.0) return;
+    transmitted.direction = normalize(t);
+    // Radiance is divided by the square of the index on its way; a thin sheet ends where it began.
+    transmitted.weight = (1.0 - fresnel) * s.transmission * (eta * eta) * facet_weight(s, -d, t);
+    transmitted.importance = luminance(through * transmitted.weight);
+    transmitted.medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
+}
+
+void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, vec3 vertices[3], Hit hit, Surface s, uint state) {
+    vec3 b = vec3(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
+    vec3 origin = offset_ray_origin(vertices[0], vertices[1], vertices[2], b, s.geometric, c.direction);
+    rays[2u * slot] = vec4(origin, 0.0);
+    rays[2u * slot + 1u] = vec4(c.direction, 0.0);
+    throughput[slot] = vec4(through * c.weight, float(slots));
+    uint depth = ((state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK) + 1u;
+    states[slot] = c.medium | (depth << PATH_DEPTH_SHIFT);
+    child_flags[2u * j + which] = 1u;
+    child_slots[2u * j + which] = slot;
+}
+
+void main() {
+    uint j = linear_id();
+    if (j >= count[0]) return;
+    child_flags[2u * j] = 0u;
+    child_flags[2u * j + 1u] = 0u;
+    uint slot = list[j];
+    vec3 d = rays[2u * slot + 1u].xyz;
+    vec3 through = throughput[slot].xyz;
+    uint slots = uint(throughput[slot].w);
+    uint state = states[slot];
+    uint depth = (state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK;
+    Hit hit = unpack_hit(hits[slot]);
+    if (hit.triangle == NO_TRIANGLE) {
+        vec3 sky = vec3(0.0);
+        if (ENVIRONMENT) sky = environment_radiance(d);
+        radiance[slot].xyz += through * sky;
+        if (AOV && depth == 0u) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
+        return;
+    }
+    Facet facet;
+    vec3 vertices[3];
+    Surface s = load_surface(hit, d, facet, vertices);
+    uint medium = state & PATH_MEDIUM_MASK;
+    if (ABSORPTION) {
+        // The back of a volume's boundary was reached from inside of it, whatever the path knows of its past.
+        bool leaving = !s.front && (s.flags & MATERIAL_VOLUME) != 0u && max_component(s.transmission) > 0.0;
+        uint inside = leaving ? s.material + 1u : medium;
+        if (inside != 0u) through *= exp(-materials[inside - 1u].absorption * hit.t);
+    }
+    Child pass_through = Child(d, vec3(1.0), 1.0, medium);
+    if (ALPHA_MASK && s.opacity == 0.0) {
+        if (depth < MAX_DEPTH) emit_child(j, 0u, slot, slots, pass_through, through, vertices, hit, s, state);
+        return;
+    }
+    radiance[slot].xyz += through * s.emission;
+    if (AOV && depth == 0u) write_aov(slot, s.diffuse + (GLOSSY ? s.f0 : vec3(0.0)) + s.transmission, s.shading, hit.t);
+    bool gathers = has_diffuse(s);
+    if (!GLOSSY) {
+        if (gathers) store_hit(slot, s, -d, through);
+        return;
+    }
+    gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
+    uint seed = hash2(hash2(pass[0].seed, pass[0].index), slot * 64u + depth);
+    vec2 u = vec2(unit_float(hash(seed ^ 0x1b56c4e9u)), unit_float(hash(seed ^ 0x7feb352du)));
+    float choice = unit_float(hash(seed ^ 0x3c6ef372u));
+    Child a, b;
+    follow(s, d, through, medium, u, a, b);
+    bool last = depth >= MAX_DEPTH;
+    if (last) {
+        a.importance = 0.0;
+        b.importance = 0.0;
+    }
+    // The hit itself competes for slots only when a single one is left.
+    float hit_importance = gathers ? luminance(through * (s.diffuse + s.f0)) : 0.0;
+    if (gathers && slots == 1u && a.importance + b.importance > 0.0) {
+        float p = clamp(hit_importance / (hit_importance + a.importance + b.importance), 0.1, 0.9);
+        bool stay = choice < p;
+        choice = stay ? choice / p : (choice - p) / (1.0 - p);
+        if (stay) {
+            store_hit(slot, s, -d, through / p);
+            return;
+        }
+        through /= 1.0 - p;
+        gathers = false;
+    }
+    if (gathers) {
+        store_hit(slot, s, -d, through);
+        slot += 1u;
+        slots -= 1u;
+        if (slots == 0u) return;
+    }
+    if (a.importance + b.importance <= 0.0) return;
+    bool both = slots >= 2u && min(a.importance, b.importance) > SPLIT_THRESHOLD;
+    if (both) {
+        uint minor = max(1u, slots / 4u);
+        uint slots_a = a.importance < b.importance ? minor : slots - minor;
+        emit_child(j, 0u, slot, slots_a, a, through, vertices, hit, s, state);
+        emit_child(j, 1u, slot + slots_a, slots - slots_a, b, through, vertices, hit, s, state);
+        return;
+    }
+    float p = a.importance / (a.importance + b.importance);
+    bool take_a = choice < p;
+    Child c = take_a ? a : b;
+    c.weight /= take_a ? p : 1.0 - p;
+    // Paths that carry next to nothing end by Russian roulette; the survivors stand for them.
+    float survive = clamp((a.importance + b.importance) * 20.0, 0.05, 1.0);
+    if (unit_float(hash(seed ^ 0x9e3779b9u)) >= survive) return;
+    c.weight /= survive;
+    emit_child(j, 0u, slot, slots, c, through, vertices, hit, s, state);
+}

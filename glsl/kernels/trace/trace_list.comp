@@ -1,0 +1,21 @@
+// Closest hits of the rays in a list of slots (eye paths or photons).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/header.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Nodes { vec4 nodes[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Triangles { vec4 triangles[]; };
+layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 18, scalar) readonly buffer Rays { vec4 rays[]; };
+layout(set = 0, binding = 19, scalar) writeonly buffer Hits { uvec4 hits[]; };
+#include "lib/traverse.glsl"
+
+void main() {
+    uint i = linear_id();
+    if (i >= count[0]) return;
+    uint slot = list[i];
+    Hit hit = trace_closest(rays[2u * slot].xyz, rays[2u * slot + 1u].xyz, INFINITY);
+    hits[slot] = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.barycentric.x), floatBitsToUint(hit.barycentric.y), hit.triangle);
+}

@@ -1,0 +1,125 @@
+// The material model of glTF 2.0 (metallic-roughness, specular, transmission, ior, volume) as four lobes:
+//   diffuse   Lambert under the Fresnel coat                        gathered
+//   glossy    GGX reflection                                         gathered if rough, else followed like a mirror
+//   mirror    the limit of the glossy lobe for alpha < ALPHA_SMOOTH  followed
+//   glass     smooth or rough dielectric boundary, or a thin sheet   followed
+// "Gathered" lobes take photons and shadow rays; "followed" ones continue eye and photon paths.
+
+const float ALPHA_SMOOTH = 1e-3; // below it GGX and the mirror agree to float precision of the half vector
+const float ALPHA_GATHER = 0.1;  // above it a glossy lobe is wide enough for density estimation
+
+struct Surface {
+    vec3 position;
+    vec3 geometric;   // geometric normal towards the incoming ray's origin
+    vec3 shading;     // shading normal on the same side
+    bool front;       // the ray came to the front side
+    uint material;
+    uint flags;       // MATERIAL_*
+    vec3 diffuse;     // diffuse reflectance
+    vec3 f0;          // reflectance at normal incidence of the glossy or mirror lobe
+    float f90;
+    float alpha;      // GGX
+    vec3 transmission; // colour of the transmitted light, zero for opaque surfaces
+    float ior;
+    vec3 emission;
+    vec3 absorption;
+    float opacity;    // 0 where an alpha mask cuts the surface away
+};
+
+vec3 fresnel_schlick(vec3 f0, float f90, float cosine) {
+    float m = clamp(1.0 - cosine, 0.0, 1.0);
+    float m2 = m * m;
+    return f0 + (vec3(f90) - f0) * (m2 * m2 * m);
+}
+
+// Reflectance of a smooth dielectric boundary; eta is n_incident / n_transmitted. Total reflection gives 1.
+float fresnel_dielectric(float cos_i, float eta) {
+    float sin2_t = eta * eta * max(0.0, 1.0 - cos_i * cos_i);
+    if (sin2_t >= 1.0) return 1.0;
+    float cos_t = sqrt(1.0 - sin2_t);
+    float parallel = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    float perpendicular = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    return 0.5 * (parallel * parallel + perpendicular * perpendicular);
+}
+
+float ggx_d(float n_h, float alpha) {
+    float a2 = alpha * alpha;
+    float t = 1.0 + (a2 - 1.0) * n_h * n_h;
+    return a2 / (PI * t * t);
+}
+
+float ggx_lambda(float n_w, float alpha) { // Smith's Lambda
+    float c2 = max(n_w * n_w, 1e-12);
+    return 0.5 * (sqrt(1.0 + alpha * alpha * (1.0 - c2) / c2) - 1.0);
+}
+
+// Half vector from the distribution of normals visible from w, in the frame of the normal (Heitz 2018).
+vec3 sample_visible_normal(vec3 w, float alpha, vec2 u) {
+    vec3 v = normalize(vec3(alpha * w.xy, w.z));
+    vec3 t1 = dot(v.xy, v.xy) > 0.0 ? vec3(-v.y, v.x, 0.0) * inversesqrt(dot(v.xy, v.xy)) : vec3(1.0, 0.0, 0.0);
+    vec3 t2 = cross(v, t1);
+    float r = sqrt(u.x);
+    float phi = 2.0 * PI * u.y;
+    float p1 = r * cos(phi);
+    float s = 0.5 * (1.0 + v.z);
+    float p2 = mix(sqrt(max(0.0, 1.0 - p1 * p1)), r * sin(phi), s);
+    vec3 n = p1 * t1 + p2 * t2 + sqrt(max(0.0, 1.0 - p1 * p1 - p2 * p2)) * v;
+    return normalize(vec3(alpha * n.xy, max(1e-9, n.z)));
+}
+
+// GGX reflection without its Fresnel factor, times nothing: D G2 / (4 |n.wo| |n.wi|).
+float ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
+    float n_o = dot(n, wo), n_i = dot(n, wi);
+    if (n_o <= 0.0 || n_i <= 0.0) return 0.0;
+    vec3 h = normalize(wo + wi);
+    float g = 1.0 / (1.0 + ggx_lambda(n_o, alpha) + ggx_lambda(n_i, alpha));
+    return ggx_d(clamp(dot(n, h), 0.0, 1.0), alpha) * g / (4.0 * n_o * n_i);
+}
+
+bool has_diffuse(Surface s) {
+    return max_component(s.diffuse) > 0.0;
+}
+
+bool has_gathered_glossy(Surface s) {
+    return s.alpha >= ALPHA_GATHER && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
+}
+
+bool has_followed_glossy(Surface s) {
+    return s.alpha < ALPHA_GATHER && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
+}
+
+// Gathered part of the BSDF [1/sr] between two directions away from the surface.
+vec3 gathered_bsdf(Surface s, vec3 wo, vec3 wi) {
+    float n_o = dot(s.shading, wo), n_i = dot(s.shading, wi);
+    if (n_o <= 0.0 || n_i <= 0.0) return vec3(0.0);
+    float cosine = abs(dot(normalize(wo + wi), wi));
+    vec3 fresnel = fresnel_schlick(s.f0, s.f90, cosine);
+    vec3 f = s.diffuse * (1.0 - fresnel) / PI;
+    if (has_gathered_glossy(s)) f += fresnel * ggx_reflection(s.shading, wo, wi, s.alpha);
+    return f;
+}
+
+// Followed part of the glossy lobe [1/sr], for lights that no followed path can hit; zero for mirrors.
+vec3 followed_bsdf(Surface s, vec3 wo, vec3 wi) {
+    if (!has_followed_glossy(s) || s.alpha < ALPHA_SMOOTH) return vec3(0.0);
+    float cosine = abs(dot(normalize(wo + wi), wi));
+    return fresnel_schlick(s.f0, s.f90, cosine) * ggx_reflection(s.shading, wo, wi, s.alpha);
+}
+
+// A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. `weight` is G2 / G1 of the later
+// direction's masking, to be multiplied with the Fresnel factor.
+vec3 sample_facet(Surface s, vec3 wo, vec2 u) {
+    if (s.alpha < ALPHA_SMOOTH) return s.shading;
+    vec3 t, b;
+    basis(s.shading, t, b);
+    vec3 local = vec3(dot(wo, t), dot(wo, b), max(dot(wo, s.shading), 1e-6));
+    vec3 h = sample_visible_normal(local, s.alpha, u);
+    return t * h.x + b * h.y + s.shading * h.z;
+}
+
+// Masking-shadowing ratio G2 / G1(wo) after sampling a visible normal.
+float facet_weight(Surface s, vec3 wo, vec3 wi) {
+    if (s.alpha < ALPHA_SMOOTH) return 1.0;
+    float lo = ggx_lambda(abs(dot(s.shading, wo)), s.alpha), li = ggx_lambda(abs(dot(s.shading, wi)), s.alpha);
+    return (1.0 + lo) / (1.0 + lo + li);
+}

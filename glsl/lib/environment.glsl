@@ -1,0 +1,54 @@
+// Equirectangular light from infinity; orientation as in src/scene/mod.rs.
+
+vec3 environment_direction(vec2 uv) {
+    float phi = 2.0 * PI * (uv.x - 0.5), theta = PI * uv.y;
+    float s = sin(theta);
+    return vec3(s * sin(phi), cos(theta), -s * cos(phi));
+}
+
+vec2 environment_uv(vec3 d) {
+    float u = atan(d.x, -d.z) / (2.0 * PI) + 0.5;
+    return vec2(u, acos(clamp(d.y, -1.0, 1.0)) / PI);
+}
+
+vec3 environment_texel(int x, int y) {
+    int width = int(globals[0].environment_width), height = int(globals[0].environment_height);
+    x = x < 0 ? x + width : (x >= width ? x - width : x);
+    return environment[uint(clamp(y, 0, height - 1) * width + clamp(x, 0, width - 1))].rgb;
+}
+
+vec3 environment_radiance(vec3 d) { // bilinear
+    vec2 p = environment_uv(d) * vec2(globals[0].environment_width, globals[0].environment_height) - 0.5;
+    vec2 base = floor(p);
+    vec2 f = p - base;
+    int x = int(base.x), y = int(base.y);
+    vec3 low = mix(environment_texel(x, y), environment_texel(x + 1, y), f.x);
+    return mix(low, mix(environment_texel(x, y + 1), environment_texel(x + 1, y + 1), f.x), f.y);
+}
+
+// First entry of environment_cdf[first, first + count) above u.
+uint environment_search(uint first, uint count, float u) {
+    uint low = 0u, high = count - 1u;
+    for (int step = 0; step < 24 && low < high; ++step) {
+        uint middle = (low + high) >> 1;
+        if (environment_cdf[first + middle] > u) high = middle;
+        else low = middle + 1u;
+    }
+    return low;
+}
+
+// Direction towards the environment, its radiance and its density per solid angle. environment_cdf holds one cumulative
+// row of `width` entries per image row, then one of `height` entries over the rows.
+vec3 sample_environment(vec2 u, out vec3 direction, out float pdf) {
+    uint width = globals[0].environment_width, height = globals[0].environment_height;
+    uint y = environment_search(width * height, height, u.y);
+    float y0 = y == 0u ? 0.0 : environment_cdf[width * height + y - 1u], y1 = environment_cdf[width * height + y];
+    uint x = environment_search(y * width, width, u.x);
+    float x0 = x == 0u ? 0.0 : environment_cdf[y * width + x - 1u], x1 = environment_cdf[y * width + x];
+    vec2 inside = clamp(vec2((u.x - x0) / max(x1 - x0, 1e-12), (u.y - y0) / max(y1 - y0, 1e-12)), 0.0, 0.99999994);
+    vec2 uv = (vec2(x, y) + inside) / vec2(width, height);
+    direction = environment_direction(uv);
+    float sine = sin(PI * uv.y);
+    pdf = (x1 - x0) * (y1 - y0) * float(width) * float(height) / (2.0 * PI * PI * max(sine, 1e-6));
+    return environment_radiance(direction);
+}

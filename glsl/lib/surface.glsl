@@ -1,0 +1,164 @@
+// From a hit to a Surface: interpolation, textures, material.
+
+struct Hit {
+    float t;
+    vec2 barycentric; // of the second and third vertex
+    uint triangle;    // leaf order; NO_TRIANGLE for a miss
+};
+
+const uint NO_TRIANGLE = 0xffffffffu;
+
+Hit unpack_hit(uvec4 w) {
+    return Hit(uintBitsToFloat(w.x), vec2(uintBitsToFloat(w.y), uintBitsToFloat(w.z)), w.w);
+}
+
+uvec4 pack_hit(Hit h) {
+    return uvec4(floatBitsToUint(h.t), floatBitsToUint(h.barycentric.x), floatBitsToUint(h.barycentric.y), h.triangle);
+}
+
+// What differentials need beyond the Surface.
+struct Facet {
+    vec3 e1;
+    vec3 e2;
+    vec3 normal;   // interpolated, not normalised, towards the incoming ray
+    vec3 dn1;
+    vec3 dn2;
+};
+
+struct VertexData {
+    vec3 normal;
+    vec2 uv0;
+    vec2 uv1;
+    vec4 color;
+    vec4 tangent;
+};
+
+vec3 unit_or(vec3 v, vec3 fallback) {
+    float n = dot(v, v);
+    return n > 1e-12 ? v * inversesqrt(n) : fallback;
+}
+
+// Unit normal of a triangle of any size: edges are first brought to unit size.
+vec3 triangle_normal(vec3 e1, vec3 e2) {
+    float unit = 1.0 / max_component(max(abs(e1), abs(e2)));
+    vec3 n = cross(e1 * unit, e2 * unit);
+    return n * (1.0 / length(n));
+}
+
+vec2 interpolate_uv0(uint at, vec3 b) {
+    if (UV0_AT == 0u) return vec2(0.0);
+    vec3 u = vec3(shading_data[at].w, shading_data[at + 1u].w, shading_data[at + 2u].w);
+    return vec2(dot(u, b), dot(shading_data[at + UV0_AT].xyz, b));
+}
+
+vec2 interpolate_uv1(uint at, vec3 b) {
+    if (UV1_AT == 0u) return vec2(0.0);
+    vec4 low = shading_data[at + UV1_AT], high = shading_data[at + UV1_AT + 1u];
+    return low.xy * b.x + low.zw * b.y + high.xy * b.z;
+}
+
+vec4 interpolate_color(uint at, vec3 b) {
+    if (COLOR_AT == 0u) return vec4(1.0);
+    return shading_data[at + COLOR_AT] * b.x + shading_data[at + COLOR_AT + 1u] * b.y + shading_data[at + COLOR_AT + 2u] * b.z;
+}
+
+vec4 interpolate_tangent(uint at, vec3 b) {
+    if (TANGENT_AT == 0u) return vec4(1.0, 0.0, 0.0, 1.0);
+    return shading_data[at + TANGENT_AT] * b.x + shading_data[at + TANGENT_AT + 1u] * b.y + shading_data[at + TANGENT_AT + 2u] * b.z;
+}
+
+vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
+    return TEXTURES && use != NO_TEXTURE ? sample_texture(use, uv0, uv1) : vec4(1.0);
+}
+
+// Emitted radiance of the front side at a point of a triangle.
+vec3 emission_at(uint triangle, vec2 barycentric) {
+    uint m = floatBitsToUint(triangles[3u * triangle + 2u].w);
+    vec3 emission = materials[m].emissive;
+    if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
+        uint at = triangle * SHADING_STRIDE;
+        vec3 b = vec3(1.0 - barycentric.x - barycentric.y, barycentric);
+        emission *= sample_texture(materials[m].emissive_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).rgb;
+    }
+    return emission;
+}
+
+void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec2 uv0, vec2 uv1) {
+    vec4 tangent = interpolate_tangent(at, b);
+    vec3 t = unit_or(tangent.xyz - s.shading * dot(s.shading, tangent.xyz), vec3(0.0));
+    vec3 bitangent = cross(s.shading, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
+    vec3 texel = sample_texture(m.normal_texture, uv0, uv1).xyz * 2.0 - 1.0;
+    vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + s.shading * texel.z;
+    s.shading = unit_or(n, s.shading);
+}
+
+void apply_material(inout Surface s, Material m, vec4 color, vec2 uv0, vec2 uv1) {
+    vec4 base = vec4(m.base_color, m.base_alpha) * color * texture_or_one(m.base_color_texture, uv0, uv1);
+    base.rgb = clamp(base.rgb, 0.0, 1.0);
+    s.opacity = ALPHA_MASK && m.alpha_cutoff >= 0.0 && base.a < m.alpha_cutoff ? 0.0 : 1.0;
+    s.flags = m.flags;
+    if ((m.flags & MATERIAL_UNLIT) != 0u) {
+        s.emission = base.rgb;
+        return;
+    }
+    s.emission = s.front ? m.emissive * texture_or_one(m.emissive_texture, uv0, uv1).rgb : vec3(0.0);
+    if (!GLOSSY) {
+        s.diffuse = base.rgb * (1.0 - m.metallic);
+        return;
+    }
+    vec4 mr = texture_or_one(m.metallic_roughness_texture, uv0, uv1);
+    float metallic = clamp(m.metallic * mr.b, 0.0, 1.0);
+    s.alpha = sqr(clamp(m.roughness * mr.g, 0.0, 1.0));
+    float specular = m.specular * texture_or_one(m.specular_texture, uv0, uv1).a;
+    float transmission = GLASS ? m.transmission * texture_or_one(m.transmission_texture, uv0, uv1).r : 0.0;
+    vec3 dielectric = min(sqr((m.ior - 1.0) / (m.ior + 1.0)) * m.specular_color, vec3(1.0)) * specular;
+    s.f0 = mix(dielectric, base.rgb, metallic);
+    s.f90 = mix(specular, 1.0, metallic);
+    s.diffuse = base.rgb * ((1.0 - metallic) * (1.0 - transmission));
+    s.transmission = base.rgb * ((1.0 - metallic) * transmission);
+    s.ior = m.ior;
+    s.absorption = ABSORPTION ? m.absorption : vec3(0.0);
+}
+
+Surface load_surface(Hit hit, vec3 direction, out Facet facet, out vec3 vertices[3]) {
+    vec4 w0 = triangles[3u * hit.triangle], w1 = triangles[3u * hit.triangle + 1u], w2 = triangles[3u * hit.triangle + 2u];
+    vertices[0] = w0.xyz;
+    vertices[1] = w1.xyz;
+    vertices[2] = w2.xyz;
+    vec3 b = vec3(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
+    Surface s;
+    s.position = b.x * w0.xyz + b.y * w1.xyz + b.z * w2.xyz;
+    s.material = floatBitsToUint(w2.w);
+    facet.e1 = w1.xyz - w0.xyz;
+    facet.e2 = w2.xyz - w0.xyz;
+    vec3 normal = triangle_normal(facet.e1, facet.e2);
+    s.front = dot(normal, direction) < 0.0;
+    float side = s.front ? 1.0 : -1.0;
+    s.geometric = side * normal;
+    uint at = hit.triangle * SHADING_STRIDE;
+    s.shading = s.geometric;
+    facet.normal = s.geometric;
+    facet.dn1 = vec3(0.0);
+    facet.dn2 = vec3(0.0);
+    vec2 uv0 = interpolate_uv0(at, b), uv1 = interpolate_uv1(at, b);
+    Material m = materials[s.material];
+    if (SMOOTH_NORMALS) {
+        vec3 n0 = shading_data[at].xyz, n1 = shading_data[at + 1u].xyz, n2 = shading_data[at + 2u].xyz;
+        facet.normal = side * (b.x * n0 + b.y * n1 + b.z * n2);
+        facet.dn1 = side * (n1 - n0);
+        facet.dn2 = side * (n2 - n0);
+        s.shading = unit_or(facet.normal, s.geometric);
+        if (NORMAL_MAPS && m.normal_texture != NO_TEXTURE) apply_normal_map(s, m, at, b, uv0, uv1);
+        // A direction below the shading horizon sees the geometric surface.
+        if (dot(s.shading, direction) > -1e-4) s.shading = s.geometric;
+    }
+    s.diffuse = vec3(0.0);
+    s.f0 = vec3(0.0);
+    s.f90 = 0.0;
+    s.alpha = 1.0;
+    s.transmission = vec3(0.0);
+    s.ior = 1.0;
+    s.absorption = vec3(0.0);
+    apply_material(s, m, interpolate_color(at, b), uv0, uv1);
+    return s;
+}

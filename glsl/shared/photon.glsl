@@ -1,0 +1,38 @@
+// Stored photons, eye hits, path states. Words are integers that carry float bits, not the other way round: integer loads and
+// stores never quiet a NaN pattern or flush a denormal one.
+
+const uint CLASS_GLOBAL = 0u;  // at least one diffuse or rough glossy bounce
+const uint CLASS_CAUSTIC = 1u; // only specular (or nearly specular) bounces since the light
+
+// State bits of a photon or an eye path.
+const uint PATH_MEDIUM_MASK = 0xffffu; // material index + 1 of the medium around it, 0 outside
+const uint PATH_DEPTH_SHIFT = 16u;
+const uint PATH_DEPTH_MASK = 0xffu;
+const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
+const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
+
+// Stored photon, 64 bytes: four vec4 loads in the gather.
+//   a: position, octahedral normal       b: flux, octahedral direction of travel
+//   c: dual vector u, 1 / slab thickness d: dual vector v, kernel area and class
+// Dual vectors measure an offset in units of the footprint's semiaxes.
+struct Photon {
+    uvec4 a;
+    uvec4 b;
+    uvec4 c;
+    uvec4 d;
+};
+
+struct Aabb {
+    vec3 min;
+    vec3 max;
+};
+
+// Eye hit, 64 bytes, one per path slot.
+//   a: position, octahedral geometric normal   b: throughput times diffuse reflectance over pi, octahedral shading normal
+//   c: throughput times glossy F0, GGX alpha    d: octahedral direction to the eye, throughput times F90 weight, 0, 0
+struct EyeHit {
+    uvec4 a;
+    uvec4 b;
+    uvec4 c;
+    uvec4 d;
+};

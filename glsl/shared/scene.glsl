@@ -1,0 +1,103 @@
+// Scene data that host and kernels share. Conventions (radiometric units, sides, textures) as in src/scene/mod.rs.
+
+const uint MATERIAL_VOLUME = 1u;
+const uint MATERIAL_UNLIT = 2u;
+const uint NO_TEXTURE = 0xffffffffu;
+
+struct Material {
+    vec3 base_color;
+    float base_alpha;
+    vec3 emissive;        // radiance of the front side
+    float metallic;
+    vec3 specular_color;
+    float specular;
+    vec3 absorption;      // per scene unit, of the enclosed medium
+    float roughness;
+    float transmission;
+    float ior;
+    float normal_scale;
+    float alpha_cutoff;   // negative: no mask
+    uint flags;
+    uint base_color_texture; // these index TextureUse
+    uint metallic_roughness_texture;
+    uint normal_texture;
+    uint emissive_texture;
+    uint transmission_texture;
+    uint specular_texture;
+    uint reserved;
+};
+
+const uint WRAP_REPEAT = 0u;
+const uint WRAP_CLAMP = 1u;
+const uint WRAP_MIRROR = 2u;
+const uint TEXTURE_LINEAR = 16u; // bits 0-1 wrap in u, 2-3 wrap in v
+const uint TEXTURE_SRGB = 32u;
+const uint TEXTURE_UV1 = 64u;
+
+struct TextureUse {
+    uint first_texel; // RGBA8 words in `texels`
+    uint width;
+    uint height;
+    uint flags;
+    vec3 row_u; // uv transform
+    vec3 row_v;
+};
+
+const uint LIGHT_POINT = 0u;
+const uint LIGHT_SPOT = 1u;
+const uint LIGHT_DIRECTIONAL = 2u;
+const uint LIGHT_TRIANGLE = 3u;
+const uint LIGHT_ENVIRONMENT = 4u;
+
+struct Light {
+    vec3 position;       // point, spot
+    uint kind;
+    vec3 direction;      // spot, directional: unit direction of travel
+    float probability;   // of being chosen, proportional to power
+    vec3 emission;       // intensity [W/sr], irradiance [W/m^2] or radiance [W/(sr m^2)] by kind
+    float cumulative;    // sum of probabilities up to and including this light
+    float cos_inner;     // spot
+    float cos_outer;     // spot
+    float area;          // triangle
+    uint triangle;       // leaf-order triangle of a LIGHT_TRIANGLE
+};
+
+// A sphere around a group of specular surfaces; caustic photons are aimed at these.
+struct Caster {
+    vec3 center;
+    float radius;
+    float probability;
+    float cumulative;
+};
+
+struct Globals {
+    vec3 center;      // of the scene's bounding sphere
+    float radius;     // > 0
+    uint light_count;
+    uint caster_count;
+    uint environment_width; // 0: no environment
+    uint environment_height;
+    float environment_probability; // of choosing the environment as a light
+    float reserved0;
+    float reserved1;
+    float reserved2;
+};
+
+struct Camera {
+    vec3 position;
+    uint width;
+    vec3 right;      // scaled so that one unit spans half of the image
+    uint height;
+    vec3 up;
+    uint orthographic;
+    vec3 forward;
+    uint slots;      // path slots per pixel, for splitting
+};
+
+// What changes from pass to pass; written by the host before each run.
+struct Pass {
+    uint index;          // global pass index
+    uint seed;
+    float radius_scale;  // of footprints, relative to the first pass
+    uint reserved;
+};

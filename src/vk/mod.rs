@@ -1,0 +1,111 @@
+//! The device: all Vulkan and all `unsafe` of the crate.
+//!
+//! Everything above this module sees five values and no Vulkan handle:
+//!
+//! - [`Device`]: one compute queue of one physical device, chosen by [`DeviceSelect`], described by [`DeviceInfo`].
+//! - [`Buffer`]: device memory, or memory that the host writes or reads ([`Place`]).
+//! - [`Pipeline`]: one compute kernel with its specialisation constants.
+//! - [`Recorder`] and [`Commands`]: a command buffer while it is written, and afterwards, when it can be replayed.
+//! - [`Submission`]: one run of it, to be waited for.
+//!
+//! ```no_run
+//! # use nephroid::vk::*;
+//! # fn f(words: &[u32]) -> nephroid::error::Result<()> {
+//! let device = Device::open(&DeviceOptions::default())?;
+//! let data = device.buffer("data", 4096, Place::Readback)?;
+//! let desc = PipelineDesc { name: "square", spirv: words, bindings: &[0], push_bytes: 0, constants: &[] };
+//! let mut recorder = device.recorder("example")?;
+//! recorder.bind(&device.pipeline(&desc)?, &[(0, BufferSlice::whole(&data))], &[])?;
+//! recorder.dispatch([16, 1, 1]);
+//! recorder.finish()?.submit()?.wait()?;
+//! # Ok(()) }
+//! ```
+//!
+//! # What keeps it sound
+//!
+//! Handles are freed only when no command buffer can use them any more: [`Commands`] holds shares of the buffers and
+//! pipelines it names, waits for its own last run before it is freed, and everything holds a share of the logical
+//! device. All waits are finite: a device that stops answering gives [`Error::DeviceLost`], and what it may still use
+//! is then leaked rather than freed under it. A kernel that indexes outside its buffers is the one thing this module
+//! cannot prevent; the kernels are this crate's own and are tested with guard words.
+//!
+//! # Synchronisation
+//!
+//! There is one queue and one kind of barrier, [`Recorder::barrier`]: global, covering compute, indirect arguments and
+//! transfers. Each [`Commands`] starts with that barrier, so runs follow each other in submission order, and ends with
+//! one that makes all writes visible to the host. A timeline semaphore counts the submissions of a device.
+//!
+//! # Memory
+//!
+//! `gpu-allocator` carves buffers out of larger blocks. It hands out host-visible memory only from coherent types, so
+//! no flush or invalidation is needed. A buffer beyond `maxMemoryAllocationSize`, the heap, or (when bound) beyond
+//! `maxStorageBufferRange` is refused with [`Error::OutOfMemory`] before the driver is asked.
+//!
+//! # Validation
+//!
+//! [`DeviceOptions::validate`] or the environment variable `NEPHROID_VALIDATE=1` loads `VK_LAYER_KHRONOS_validation`
+//! with synchronisation validation; its warnings and errors are collected, see [`Device::check_validation`].
+//!
+//! # Where things are
+//!
+//! | to change | go to |
+//! |---|---|
+//! | layers, instance extensions, messages | `instance.rs` |
+//! | what is asked of a device and what it reports; the feature chains | `features.rs`, `limits.rs` |
+//! | how a device is chosen | `select.rs` |
+//! | queue, waiting, tear-down | `core.rs`, `device.rs` |
+//! | memory | `buffer.rs` |
+//! | pipelines, their memo; the file of the pipeline cache | `pipeline.rs`, `cache.rs` |
+//! | recording; replay, timestamps, crash markers | `record.rs`, `commands.rs` |
+//! | the loop-cut probe | `probe.rs` |
+//!
+//! [`Error::DeviceLost`]: crate::error::Error::DeviceLost
+//! [`Error::OutOfMemory`]: crate::error::Error::OutOfMemory
+#![allow(unsafe_code)]
+
+mod buffer;
+mod cache;
+mod commands;
+mod core;
+mod device;
+mod features;
+mod instance;
+mod limits;
+mod pipeline;
+mod probe;
+mod record;
+mod select;
+
+pub use buffer::{Buffer, BufferSlice, MemoryUse, Place};
+pub use cache::default_cache_dir;
+pub use commands::{Commands, ScopeTiming, Submission};
+pub use device::{Device, DeviceOptions, devices};
+pub use features::{Feature, Features};
+pub use instance::ValidationLog;
+pub use limits::{DeviceInfo, DeviceKind, Limits};
+pub use pipeline::{Pipeline, PipelineDesc};
+pub use record::Recorder;
+pub use select::DeviceSelect;
+
+use crate::error::Error;
+
+/// Turns a `VkResult` into an [`Error`] that names the call and its object.
+fn failed(call: &'static str, object: &str) -> impl FnOnce(ash::vk::Result) -> Error {
+    move |code| match code {
+        ash::vk::Result::ERROR_DEVICE_LOST => {
+            Error::DeviceLost { last_finished_scope: format!("unknown (seen by {call} for '{object}')") }
+        }
+        code => Error::Vulkan { call, object: object.to_owned(), code: code.as_raw() },
+    }
+}
+
+/// `text` for Vulkan, cut at the first NUL (a name from outside may hold one).
+fn c_string(text: &str) -> std::ffi::CString {
+    let clean = text.split('\0').next().unwrap_or_default();
+    std::ffi::CString::new(clean).unwrap_or_default()
+}
+
+/// Locks, also after a panic elsewhere: every value guarded here is consistent between statements.
+fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

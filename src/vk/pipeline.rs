@@ -1,0 +1,230 @@
+//! Compute pipelines: made once per kernel and constants, remembered in memory and, where the driver uses it, on disk.
+
+use super::cache::CacheFile;
+use super::core::Core;
+use super::{Limits, c_string, failed, lock};
+use crate::error::{Error, Result};
+use ash::vk;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+/// A compute kernel as the device sees it. The entry point is `main`; all buffers are storage buffers in set 0.
+///
+/// Creating a pipeline panics if `push_bytes` is no multiple of 4 or above [`Limits::PUSH_BYTES`], or if a binding or
+/// constant is named twice: such a description is wrong on every device.
+#[derive(Clone, Copy, Debug)]
+pub struct PipelineDesc<'a> {
+    /// For debuggers and errors.
+    pub name: &'a str,
+    /// The module, valid for Vulkan 1.2 and the features of the device.
+    pub spirv: &'a [u32],
+    /// Binding numbers of the storage buffers in set 0.
+    pub bindings: &'a [u32],
+    /// Size of the push-constant block in bytes.
+    pub push_bytes: u32,
+    /// Specialisation constants: identifier and the 32 bits of the value.
+    pub constants: &'a [(u32, u32)],
+}
+
+/// What makes two descriptions the same. Holds the words themselves, so that equality is exact.
+#[derive(PartialEq, Eq, Hash)]
+struct Key {
+    name: String,
+    spirv: Vec<u32>,
+    bindings: Vec<u32>,
+    push_bytes: u32,
+    constants: Vec<(u32, u32)>,
+}
+
+impl Key {
+    fn new(desc: &PipelineDesc<'_>) -> Self {
+        Self {
+            name: desc.name.to_owned(),
+            spirv: desc.spirv.to_vec(),
+            bindings: desc.bindings.to_vec(),
+            push_bytes: desc.push_bytes,
+            constants: desc.constants.to_vec(),
+        }
+    }
+}
+
+/// A compute pipeline; freed when neither its device nor any recorded [`super::Commands`] uses it.
+pub struct Pipeline {
+    core: Arc<Core>,
+    pub(super) raw: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+    pub(super) bindings: Vec<u32>,
+    pub(super) push_bytes: u32,
+    name: String,
+}
+
+impl Pipeline {
+    /// The kernel's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn new(core: &Arc<Core>, desc: &PipelineDesc<'_>, cache: vk::PipelineCache) -> Result<Self> {
+        check(core, desc)?;
+        // Null handles until made: destroying those is allowed, so an early return frees what exists.
+        let mut pipeline = Self {
+            core: Arc::clone(core),
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            bindings: desc.bindings.to_vec(),
+            push_bytes: desc.push_bytes,
+            name: desc.name.to_owned(),
+        };
+        pipeline.create_layouts()?;
+        pipeline.create(desc, cache)?;
+        core.set_name(pipeline.raw, desc.name);
+        Ok(pipeline)
+    }
+
+    fn create_layouts(&mut self) -> Result<()> {
+        let bindings: Vec<_> = self.bindings.iter().map(|&binding| storage_binding(binding)).collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: binding numbers differ (VUID-VkDescriptorSetLayoutCreateInfo-binding-00279), see `check`.
+        self.set_layout = unsafe { self.core.raw.create_descriptor_set_layout(&info, None) }
+            .map_err(failed("vkCreateDescriptorSetLayout", &self.name))?;
+        let layouts = [self.set_layout];
+        let ranges =
+            [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes)];
+        let used = if self.push_bytes > 0 { &ranges[..] } else { &[] };
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(used);
+        // SAFETY: one set within the device's storage-buffer limit and a non-empty push range of a multiple of 4
+        // within 128 bytes (VUID-VkPushConstantRange-size-00296 to -00298), see `check`.
+        self.layout = unsafe { self.core.raw.create_pipeline_layout(&info, None) }
+            .map_err(failed("vkCreatePipelineLayout", &self.name))?;
+        Ok(())
+    }
+
+    fn create(&mut self, desc: &PipelineDesc<'_>, cache: vk::PipelineCache) -> Result<()> {
+        let device = &self.core.raw;
+        let module_info = vk::ShaderModuleCreateInfo::default().code(desc.spirv);
+        // SAFETY: the words are SPIR-V valid for this device: the crate's kernels pass spirv-val at build time and
+        // their features are checked by `Device::require` (VUID-VkShaderModuleCreateInfo-pCode-08737).
+        let module = unsafe { device.create_shader_module(&module_info, None) }
+            .map_err(failed("vkCreateShaderModule", &self.name))?;
+        let values: Vec<u8> = desc.constants.iter().flat_map(|(_, bits)| bits.to_ne_bytes()).collect();
+        let entries: Vec<_> = desc.constants.iter().enumerate().map(|(i, &(id, _))| entry(i, id)).collect();
+        let constants = vk::SpecializationInfo::default().map_entries(&entries).data(&values);
+        let entry_point = c_string("main");
+        let mut subgroup = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default()
+            .required_subgroup_size(self.core.info.limits.subgroup_size);
+        let mut stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(&entry_point)
+            .specialization_info(&constants);
+        if self.core.fixes_subgroup_size() {
+            stage = stage.push_next(&mut subgroup);
+        }
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+        // SAFETY: module, layout and cache belong to this device; the layout declares every binding the kernel uses
+        // (VUID-VkComputePipelineCreateInfo-layout-07988); `check` and the caller's reflection vouch for it.
+        let made = unsafe { device.create_compute_pipelines(cache, &info, None) };
+        // SAFETY: a module may be destroyed as soon as the pipelines that use it are made.
+        unsafe { device.destroy_shader_module(module, None) };
+        match made {
+            Ok(pipelines) => self.raw = pipelines[0],
+            Err((_, code)) => return Err(failed("vkCreateComputePipelines", &self.name)(code)),
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // SAFETY: commands that use the pipeline hold a share of it until they have finished
+        // (VUID-vkDestroyPipeline-pipeline-00765); null handles are allowed.
+        unsafe {
+            self.core.raw.destroy_pipeline(self.raw, None);
+            self.core.raw.destroy_pipeline_layout(self.layout, None);
+            self.core.raw.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+fn storage_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {
+    vk::DescriptorSetLayoutBinding::default()
+        .binding(binding)
+        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+        .descriptor_count(1)
+        .stage_flags(vk::ShaderStageFlags::COMPUTE)
+}
+
+fn entry(position: usize, id: u32) -> vk::SpecializationMapEntry {
+    vk::SpecializationMapEntry::default().constant_id(id).offset(4 * position as u32).size(4)
+}
+
+fn check(core: &Core, desc: &PipelineDesc<'_>) -> Result<()> {
+    let unique = |mut numbers: Vec<u32>| {
+        numbers.sort_unstable();
+        numbers.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    let name = desc.name;
+    assert!(desc.push_bytes <= Limits::PUSH_BYTES, "'{name}' has {} bytes of push constants", desc.push_bytes);
+    assert!(desc.push_bytes.is_multiple_of(4), "'{name}' has {} bytes of push constants", desc.push_bytes);
+    assert!(unique(desc.bindings.to_vec()), "'{name}' names a binding twice: {:?}", desc.bindings);
+    let ids = desc.constants.iter().map(|&(id, _)| id).collect();
+    assert!(unique(ids), "'{name}' names a constant twice: {:?}", desc.constants);
+    let most = core.info.limits.storage_buffers as usize;
+    if desc.bindings.len() > most {
+        let feature = format!("{} storage buffers in one kernel ('{name}'; it has {most})", desc.bindings.len());
+        return Err(Error::MissingFeature { device: core.info.name.clone(), feature });
+    }
+    Ok(())
+}
+
+/// The pipelines of a device and the driver's cache behind them.
+pub(super) struct PipelineStore {
+    core: Arc<Core>,
+    made: Mutex<HashMap<Key, Arc<Pipeline>>>,
+    cache: vk::PipelineCache,
+    file: Option<CacheFile>,
+    /// What the cache held when it was loaded; an unchanged one is not written again.
+    loaded: Vec<u8>,
+}
+
+impl PipelineStore {
+    pub fn new(core: Arc<Core>, file: Option<CacheFile>) -> Result<Self> {
+        let loaded = file.as_ref().map(CacheFile::load).unwrap_or_default();
+        let create = |data: &[u8]| {
+            let info = vk::PipelineCacheCreateInfo::default().initial_data(data);
+            // SAFETY: the data was given by vkGetPipelineCacheData of this device and driver, unchanged since: identity
+            // and checksum were compared (VUID-VkPipelineCacheCreateInfo-initialDataSize-00769).
+            unsafe { core.raw.create_pipeline_cache(&info, None) }
+        };
+        let cache = create(&loaded).or_else(|_| create(&[])).map_err(failed("vkCreatePipelineCache", "pipelines"))?;
+        Ok(Self { core, made: Mutex::default(), cache, file, loaded })
+    }
+
+    pub fn get(&self, desc: &PipelineDesc<'_>) -> Result<Arc<Pipeline>> {
+        let key = Key::new(desc);
+        // The lock is held while compiling, so that two threads never compile the same kernel.
+        let mut made = lock(&self.made);
+        if let Some(pipeline) = made.get(&key) {
+            return Ok(Arc::clone(pipeline));
+        }
+        let pipeline = Arc::new(Pipeline::new(&self.core, desc, self.cache)?);
+        made.insert(key, Arc::clone(&pipeline));
+        Ok(pipeline)
+    }
+}
+
+impl Drop for PipelineStore {
+    fn drop(&mut self) {
+        if let Some(file) = &self.file {
+            // SAFETY: the cache belongs to this device and no other thread uses it: `self` is being dropped.
+            let data = unsafe { self.core.raw.get_pipeline_cache_data(self.cache) }.unwrap_or_default();
+            if !data.is_empty() && data != self.loaded {
+                file.store(&data);
+            }
+        }
+        // SAFETY: as above; pipelines do not need the cache they were made with.
+        unsafe { self.core.raw.destroy_pipeline_cache(self.cache, None) };
+    }
+}

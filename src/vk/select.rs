@@ -1,0 +1,181 @@
+//! Which device: the meaning of `--device`.
+
+use super::features::REQUIRED;
+use super::limits::{Candidate, DeviceInfo, DeviceKind};
+use crate::error::{Error, Result};
+use std::str::FromStr;
+
+/// Which device to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceSelect {
+    /// The best kind that works: discrete, integrated, virtual, software.
+    #[default]
+    Auto,
+    /// By position in [`super::devices`].
+    Index(usize),
+    /// The best kind among those whose name contains this, ignoring case.
+    Name(String),
+    /// A software renderer.
+    Cpu,
+}
+
+impl FromStr for DeviceSelect {
+    type Err = Error;
+
+    /// `auto`, `cpu`, a number, or part of a name.
+    fn from_str(text: &str) -> Result<Self> {
+        let text = text.trim();
+        match text.to_ascii_lowercase().as_str() {
+            "" => Err(Error::Usage("--device needs a number, a part of a name, 'cpu' or 'auto'".into())),
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            _ if text.bytes().all(|c| c.is_ascii_digit()) => {
+                text.parse().map(Self::Index).map_err(|_| Error::Usage(format!("--device {text}: no such number")))
+            }
+            _ => Ok(Self::Name(text.to_owned())),
+        }
+    }
+}
+
+impl DeviceSelect {
+    /// Whether `info` fits, apart from what it can do.
+    fn fits(&self, info: &DeviceInfo) -> bool {
+        match self {
+            Self::Auto => true,
+            Self::Index(index) => info.index == *index,
+            Self::Name(part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+            Self::Cpu => info.kind == DeviceKind::Software,
+        }
+    }
+
+    /// The best of `candidates` that fits and is usable; ties go to the loader's order.
+    pub(super) fn choose(&self, candidates: Vec<Candidate>) -> Result<Candidate> {
+        let listed = list(&candidates);
+        let mut fitting: Vec<Candidate> = candidates.into_iter().filter(|c| self.fits(&c.info)).collect();
+        if fitting.is_empty() {
+            return Err(Error::NoDevice(format!("{} among: {listed}", self.complaint())));
+        }
+        fitting.sort_by_key(|candidate| (!missing(candidate).is_empty(), candidate.info.kind));
+        let best = fitting.swap_remove(0);
+        match missing(&best).first() {
+            None => Ok(best),
+            Some(_) => {
+                Err(Error::MissingFeature { device: best.info.name.clone(), feature: missing(&best).join(", ") })
+            }
+        }
+    }
+
+    fn complaint(&self) -> String {
+        match self {
+            Self::Auto => "there is none".to_owned(),
+            Self::Index(index) => format!("there is no device {index}"),
+            Self::Name(part) => format!("no name contains '{part}'"),
+            Self::Cpu => "there is no software device (on Debian: mesa-vulkan-drivers)".to_owned(),
+        }
+    }
+}
+
+/// What makes a device unusable.
+fn missing(candidate: &Candidate) -> Vec<String> {
+    let mut list = candidate.info.features.missing(REQUIRED);
+    if candidate.version < ash::vk::API_VERSION_1_2 {
+        list.insert(0, "Vulkan 1.2".to_owned());
+    }
+    if candidate.queue_family.is_none() {
+        list.push("a compute queue".to_owned());
+    }
+    list
+}
+
+fn list(candidates: &[Candidate]) -> String {
+    if candidates.is_empty() {
+        return "nothing (no Vulkan driver is installed; on Debian: mesa-vulkan-drivers)".to_owned();
+    }
+    let names: Vec<String> = candidates.iter().map(|c| format!("{} '{}'", c.info.index, c.info.name)).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::features::{Extensions, Features};
+    use crate::vk::limits::{Identity, Limits};
+
+    fn usable() -> Features {
+        Features { synchronization2: true, timeline: true, scalar_layout: true, ..Features::default() }
+    }
+
+    fn candidate(index: usize, name: &str, kind: DeviceKind, features: Features) -> Candidate {
+        let limits = Limits {
+            storage_range: 1 << 27,
+            allocation: 1 << 31,
+            heap: 1 << 31,
+            groups: [65535; 3],
+            shared_bytes: 32768,
+            invocations: 1024,
+            group_size: [1024; 3],
+            push_bytes: 128,
+            subgroup_size: 8,
+            subgroup_size_min: 8,
+            subgroup_size_max: 8,
+            storage_buffers: 32,
+            storage_alignment: 64,
+            timestamp_period_ns: 1.0,
+            timestamp_bits: 64,
+        };
+        let info = DeviceInfo {
+            index,
+            name: name.into(),
+            kind,
+            driver: String::new(),
+            api_version: (1, 3, 0),
+            limits,
+            features,
+            lacks: Vec::new(),
+        };
+        let identity = Identity { vendor: 0, device: 0, driver_version: 0, uuid: [0; 16] };
+        Candidate {
+            raw: ash::vk::PhysicalDevice::null(),
+            info,
+            version: ash::vk::API_VERSION_1_3,
+            extensions: Extensions::default(),
+            queue_family: Some(0),
+            identity,
+        }
+    }
+
+    fn machine() -> Vec<Candidate> {
+        vec![
+            candidate(0, "llvmpipe (LLVM 15)", DeviceKind::Software, usable()),
+            candidate(1, "Iris Xe", DeviceKind::Integrated, usable()),
+            candidate(2, "GeForce old", DeviceKind::Discrete, Features::default()),
+            candidate(3, "GeForce new", DeviceKind::Discrete, usable()),
+        ]
+    }
+
+    fn chosen(text: &str) -> Result<usize> {
+        text.parse::<DeviceSelect>()?.choose(machine()).map(|c| c.info.index)
+    }
+
+    #[test]
+    fn the_best_usable_device_is_chosen() {
+        assert_eq!(chosen("auto").unwrap(), 3);
+        assert_eq!(chosen("cpu").unwrap(), 0);
+        assert_eq!(chosen("1").unwrap(), 1);
+        assert_eq!(chosen("geforce").unwrap(), 3);
+        assert_eq!(chosen("IRIS").unwrap(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_had_is_an_error_that_says_why() {
+        assert!(matches!(chosen("2"), Err(Error::MissingFeature { feature, .. }) if feature.contains("timeline")));
+        assert!(
+            matches!(chosen("7"), Err(Error::NoDevice(what)) if what.contains("no device 7") && what.contains("Iris"))
+        );
+        assert!(matches!(chosen("voodoo"), Err(Error::NoDevice(what)) if what.contains("voodoo")));
+        assert!(matches!(chosen(" "), Err(Error::Usage(_))));
+        assert!(matches!(chosen("99999999999999999999999"), Err(Error::Usage(_))));
+        let none = DeviceSelect::Auto.choose(Vec::new()).map(|c| c.info.index);
+        assert!(matches!(none, Err(Error::NoDevice(what)) if what.contains("no Vulkan driver")));
+    }
+}
