@@ -9,7 +9,7 @@ use std::path::Path;
 pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
     let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned();
     let fail = |what: String| format!("{}: {what}", file.display());
-    let entry_points = ReflectConfig::new().spv(words).reflect().map_err(|e| fail(e.to_string()))?;
+    let entry_points = ReflectConfig::new().spv(without_logic(words)).reflect().map_err(|e| fail(e.to_string()))?;
     let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
     let mut kernel = Kernel { name, local_size: local_size(words), params: None, bindings: vec![], constants: vec![] };
     for var in &entry.vars {
@@ -49,6 +49,25 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
         rest = after;
         Some((op, &now[1..]))
     })
+}
+
+/// The module with every logical operation on specialisation constants replaced by `true`: the reflection crate cannot
+/// evaluate them, and no layout depends on them.
+fn without_logic(words: &[u32]) -> Vec<u32> {
+    const OP_CONSTANT_TRUE: u32 = 41;
+    const OP_SPEC_CONSTANT_OP: u32 = 52;
+    const LOGICAL_EQUAL_TO_NOT: std::ops::RangeInclusive<u32> = 164..=168;
+    let mut plain = words[..words.len().min(5)].to_vec();
+    for (op, operands) in instructions(words) {
+        let head = ((operands.len() as u32 + 1) << 16) | op;
+        match operands {
+            [ty, result, operation, ..] if op == OP_SPEC_CONSTANT_OP && LOGICAL_EQUAL_TO_NOT.contains(operation) => {
+                plain.extend([(3 << 16) | OP_CONSTANT_TRUE, *ty, *result]);
+            }
+            _ => plain.extend(std::iter::once(head).chain(operands.iter().copied())),
+        }
+    }
+    plain
 }
 
 fn local_size(words: &[u32]) -> [u32; 3] {

@@ -115,7 +115,7 @@ void main() {
     uint state = states[slot];
     uint depth = (state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK;
     Hit hit = unpack_hit(hits[slot]);
-    if (hit.triangle == NO_TRIANGLE) {
+    if (hit.triangle == BVH_MISS) {
         vec3 sky = vec3(0.0);
         if (ENVIRONMENT) sky = environment_radiance(d);
         radiance[slot].xyz += through * sky;
