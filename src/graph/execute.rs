@@ -87,7 +87,7 @@ impl Runtime {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         for (index, chunk) in bytes.chunks(CHUNK).enumerate() {
             let staging = self.device.buffer("staging", chunk.len().max(16) as u64, Place::Upload)?;
-            staging.write(0, chunk)?;
+            staging.write(0, chunk);
             let mut recorder = self.device.recorder("upload")?;
             recorder.copy(&staging, 0, target, (index * CHUNK) as u64, chunk.len() as u64);
             recorder.finish()?.submit()?.wait()?;
@@ -106,7 +106,7 @@ impl Runtime {
             let source = device_buffer(&persistent.store);
             recorder.copy(source, (index * CHUNK) as u64, &staging, 0, chunk.len() as u64);
             recorder.finish()?.submit()?.wait()?;
-            staging.read(0, chunk)?;
+            staging.read(0, chunk);
         }
         Ok(data)
     }
@@ -199,7 +199,7 @@ impl Memory {
                 BufferKind::Input(content) if lifetime.is_some() => {
                     let bytes = content.len() as u64;
                     let staging = device.buffer(info.name, bytes, Place::Upload)?;
-                    staging.write(0, content)?;
+                    staging.write(0, content);
                     input = Some((device.buffer(info.name, bytes, Place::Device)?, staging));
                 }
                 BufferKind::Persistent(store) => persistent = Some(store.clone()),
@@ -240,11 +240,11 @@ impl Memory {
 
 impl Executable {
     /// Sets an input for the following runs.
-    pub fn write<T: Pod>(&mut self, input: &Input<T>, data: &[T]) -> Result<()> {
+    pub fn write<T: Pod>(&mut self, input: &Input<T>, data: &[T]) {
         assert_eq!(data.len(), input.len as usize, "an input keeps its length");
-        match &self.memory.inputs[input.id as usize] {
-            Some((_, staging)) => staging.write(0, bytemuck::cast_slice(data)),
-            None => Ok(()), // every pass that read it was culled
+        // Without staging, every pass that read the input was culled.
+        if let Some((_, staging)) = &self.memory.inputs[input.id as usize] {
+            staging.write(0, bytemuck::cast_slice(data));
         }
     }
 
@@ -255,22 +255,21 @@ impl Executable {
     }
 
     /// What the last run brought to the host.
-    pub fn read<T: Pod>(&self, readback: &Readback<T>) -> Result<Vec<T>> {
+    pub fn read<T: Pod>(&self, readback: &Readback<T>) -> Vec<T> {
         let mut data = vec![T::zeroed(); readback.len as usize];
-        self.memory.readbacks[readback.index as usize].read(0, bytemuck::cast_slice_mut(&mut data))?;
-        Ok(data)
+        self.memory.readbacks[readback.index as usize].read(0, bytemuck::cast_slice_mut(&mut data));
+        data
     }
 
     /// Times of the scopes of the last run, in order of their start.
-    pub fn timings(&self) -> Result<Vec<Timing>> {
-        let timings = self.commands.timings()?;
+    pub fn timings(&self) -> Vec<Timing> {
         let convert = |t: crate::vk::ScopeTiming| Timing {
             name: t.name,
             depth: t.depth,
             start_ns: t.start_ns,
             end_ns: t.end_ns,
         };
-        Ok(timings.into_iter().map(convert).collect())
+        self.commands.timings().into_iter().map(convert).collect()
     }
 
     /// Device bytes held by this executable: arenas, inputs.
