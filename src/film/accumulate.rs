@@ -18,13 +18,13 @@ pub struct TwoFloat {
 
 impl TwoFloat {
     /// Adds a number (Knuth's two-sum, then Dekker's fast two-sum to keep `lo` small).
-    pub fn add(self, x: f32) -> Self {
+    pub fn plus(self, x: f32) -> Self {
         let (sum, error) = two_sum(self.hi, x);
         fast_two_sum(sum, self.lo + error)
     }
 
     /// Adds another pair.
-    pub fn add_pair(self, other: Self) -> Self {
+    pub fn plus_pair(self, other: Self) -> Self {
         let (sum, error) = two_sum(self.hi, other.hi);
         fast_two_sum(sum, error + (self.lo + other.lo))
     }
@@ -94,8 +94,8 @@ impl Film {
                     self.rejected += 1;
                     continue;
                 }
-                pixel.sum[channel] = pixel.sum[channel].add(x);
-                pixel.sum_sq[channel] = pixel.sum_sq[channel].add(square);
+                pixel.sum[channel] = pixel.sum[channel].plus(x);
+                pixel.sum_sq[channel] = pixel.sum_sq[channel].plus(square);
             }
         }
         self.passes += 1;
@@ -109,8 +109,8 @@ impl Film {
         assert_eq!((self.width, self.height), (other.width, other.height), "size of a merged film");
         for (pixel, theirs) in self.pixels.iter_mut().zip(&other.pixels) {
             for channel in 0..3 {
-                pixel.sum[channel] = pixel.sum[channel].add_pair(theirs.sum[channel]);
-                pixel.sum_sq[channel] = pixel.sum_sq[channel].add_pair(theirs.sum_sq[channel]);
+                pixel.sum[channel] = pixel.sum[channel].plus_pair(theirs.sum[channel]);
+                pixel.sum_sq[channel] = pixel.sum_sq[channel].plus_pair(theirs.sum_sq[channel]);
             }
         }
         self.passes += other.passes;
@@ -155,7 +155,7 @@ mod tests {
         let (mut naive, mut pair) = (0.0_f32, TwoFloat::default());
         for _ in 0..passes {
             naive += 0.1;
-            pair = pair.add(0.1);
+            pair = pair.plus(0.1);
         }
         let relative = |sum: f64| (sum / f64::from(passes) / 0.1 - 1.0).abs();
         assert!(relative(pair.to_f64()) < 1e-6, "two-float sum is {} off", relative(pair.to_f64()));
@@ -221,7 +221,7 @@ mod tests {
 
         #[test]
         fn long_sums_agree_with_f64(numbers in prop::collection::vec(0.0_f32..1e6, 1..2000)) {
-            let pair = numbers.iter().fold(TwoFloat::default(), |sum, &x| sum.add(x)).to_f64();
+            let pair = numbers.iter().fold(TwoFloat::default(), |sum, &x| sum.plus(x)).to_f64();
             let exact: f64 = numbers.iter().map(|&x| f64::from(x)).sum();
             prop_assert!((pair - exact).abs() <= exact * 1e-11);
         }

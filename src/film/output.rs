@@ -23,7 +23,10 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// A file that can be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Destination {
+    /// As the user named it.
     path: PathBuf,
+    /// The file to replace: links resolved, but relative if the file is new.
+    target: PathBuf,
 }
 
 impl Destination {
@@ -46,15 +49,20 @@ impl Destination {
         if target.file_name().is_none() {
             return refuse(std::io::ErrorKind::InvalidFilename);
         }
-        let destination = Self { path: target };
+        let destination = Self { path: path.to_owned(), target };
         // The name itself is tried, too: it may be longer than the file system allows.
         destination.temporary().map_err(|source| Error::io(path, "create", source))?;
         Ok(destination)
     }
 
-    /// The file, links resolved.
+    /// The file as it was named.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether both name one file.
+    pub fn is_same_file(&self, other: &Path) -> bool {
+        absolute(&self.target) == absolute(&fs::canonicalize(other).unwrap_or_else(|_| other.to_owned()))
     }
 
     /// Calls `fill` on a new file and puts it in place of the old one when it succeeds.
@@ -71,21 +79,18 @@ impl Destination {
         sink.flush().map_err(io("write"))?;
         drop(sink);
         file.sync_all().map_err(io("write"))?;
-        temporary.rename(&self.path).map_err(io("rename"))?;
+        temporary.rename(&self.target).map_err(io("rename"))?;
         self.sync_folder();
         Ok(())
     }
 
     fn folder(&self) -> &Path {
-        match self.path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        }
+        folder_of(&self.target)
     }
 
     fn temporary(&self) -> std::io::Result<Temporary> {
         let mut prefix = std::ffi::OsString::from(".");
-        prefix.push(self.path.file_name().unwrap_or_default());
+        prefix.push(self.target.file_name().unwrap_or_default());
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(".tmp");
         // The usual mode of a new file (the umask still applies) instead of the private one of temporary files.
@@ -102,6 +107,17 @@ impl Destination {
             let _ = folder.sync_all();
         }
     }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The path with its folder resolved; the file itself may not exist yet.
+fn absolute(path: &Path) -> PathBuf {
+    let folder = folder_of(path);
+    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
 /// A temporary file and its entry in [`UNFINISHED`]; dropping it removes both.
@@ -167,9 +183,9 @@ impl Output {
         Ok(Self { destination: Destination::check(path)?, format })
     }
 
-    /// The file, links resolved.
-    pub fn path(&self) -> &Path {
-        self.destination.path()
+    /// Where it goes.
+    pub fn destination(&self) -> &Destination {
+        &self.destination
     }
 
     /// The format.
@@ -182,9 +198,10 @@ impl Output {
     /// # Errors
     /// As [`Destination::write`] and the encoder.
     pub fn write(&self, picture: &Picture, metadata: &Metadata, map: ToneMap) -> Result<()> {
+        let path = self.destination.path();
         self.destination.write(|sink| match self.format {
-            Format::Exr => exr::write(sink, self.path(), picture, metadata),
-            Format::Png => png::write(sink, self.path(), picture, map),
+            Format::Exr => exr::write(sink, path, picture, metadata),
+            Format::Png => png::write(sink, path, picture, map),
         })
     }
 }
@@ -282,6 +299,17 @@ mod tests {
         assert_eq!(::image::open(folder.path().join("a.png")).expect("our own file").width(), 4);
     }
 
+    #[test]
+    fn one_file_under_two_names_is_recognised() {
+        let folder = folder();
+        let destination = Destination::check(&folder.path().join("a.json")).expect("writable");
+        fs::create_dir(folder.path().join("inner")).expect("created");
+        assert!(destination.is_same_file(&folder.path().join("inner/../a.json")));
+        assert!(!destination.is_same_file(&folder.path().join("inner/a.json")));
+        fs::write(folder.path().join("a.json"), "").expect("written");
+        assert!(destination.is_same_file(&folder.path().join("inner/../a.json")));
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_new_file_has_the_usual_mode_and_a_link_stays_a_link() {
@@ -291,7 +319,9 @@ mod tests {
         fs::write(&target, "old").expect("written");
         fs::write(&plain, "").expect("written");
         std::os::unix::fs::symlink(&target, &link).expect("linked");
-        Destination::check(&link).expect("writable").write(|_| Ok(())).expect("written");
+        let destination = Destination::check(&link).expect("writable");
+        assert!(destination.is_same_file(&target));
+        destination.write(|_| Ok(())).expect("written");
         assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
         let mode = |path: &Path| fs::metadata(path).expect("there").permissions().mode();
         assert_eq!(mode(&target), mode(&plain));

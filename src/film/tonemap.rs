@@ -29,9 +29,9 @@ const WHITE: f32 = 1e9;
 
 impl ToneMap {
     /// A linear Rec.709 colour as linear display values in 0 ... 1. Negative and NaN channels count as 0.
+    #[expect(clippy::manual_clamp, reason = "`clamp` keeps NaN; `max` first turns it into 0")]
     pub fn apply(self, color: [f32; 3]) -> [f32; 3] {
         let gain = self.exposure.exp2();
-        // `max` first: it also turns NaN into 0.
         let exposed = color.map(|channel| (channel * gain).max(0.0).min(WHITE));
         let mapped = match self.curve {
             Curve::Neutral => neutral(exposed),
@@ -114,7 +114,7 @@ mod tests {
         // By hand: 1.04 - 0.04 = 1; 1 - 0.24^2 / (1 + 0.24 - 0.76) = 0.88. A grey is not changed by desaturation.
         assert_near(NEUTRAL.apply([1.04; 3]), [0.88; 3]);
         // By hand, red 2.76: peak 2.76, new peak 1 - 0.0576 / 2.24 = 0.974286, g = 1 - 1 / (0.15 * 1.785714 + 1).
-        assert_near(NEUTRAL.apply([2.76, 0.0, 0.0]), [0.974_285_7, 0.205_835_0, 0.205_835_0]);
+        assert_near(NEUTRAL.apply([2.76, 0.0, 0.0]), [0.974_285_7, 0.205_835, 0.205_835]);
     }
 
     #[test]
