@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::DeviceArgs;
+use super::flags::DeviceArgs;
 use crate::error::{Error, Result};
 
 const EXAMPLES: &str = "\
@@ -13,8 +13,9 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BenchArgs {
+    /// Where to measure.
     #[command(flatten)]
-    device: DeviceArgs,
+    pub device: DeviceArgs,
 }
 
 /// Measures scan, sort, tree build, rays, photons and gathering, and prints a table.

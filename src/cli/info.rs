@@ -16,11 +16,11 @@ Example:
 pub struct InfoArgs {
     /// glTF 2.0 scene (.gltf or .glb)
     #[arg(value_name = "SCENE")]
-    scene: PathBuf,
+    pub scene: PathBuf,
 
     /// Environment map to assume (.exr or .hdr)
     #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
+    pub environment: Option<PathBuf>,
 }
 
 /// Prints triangles, lights, materials and bytes, and which parts of the renderer the scene leaves out.

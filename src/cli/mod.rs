@@ -6,6 +6,7 @@
 pub mod bench;
 pub mod compare;
 pub mod devices;
+pub mod flags;
 pub mod info;
 pub mod interrupt;
 pub mod progress;
@@ -18,7 +19,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result};
 
@@ -50,20 +51,6 @@ enum Command {
     Bench(bench::BenchArgs),
     /// Measure the difference between two EXR pictures.
     Compare(compare::CompareArgs),
-}
-
-/// The choice of a device.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Device")]
-pub struct DeviceArgs {
-    /// Device to use: an index of `nephroid devices`, a part of its name, or `cpu`
-    /// [default: discrete, then integrated, then software]
-    #[arg(long, value_name = "DEVICE")]
-    pub device: Option<String>,
-
-    /// Load the Vulkan validation layers and fail on their first message (slow)
-    #[arg(long)]
-    pub validate: bool,
 }
 
 /// Parses, runs, reports: everything the program does. `args` begins with the program's name.

@@ -137,7 +137,7 @@ fn message(status: Status, limit: Limit) -> String {
     let of = limit.passes.map_or(String::new(), |passes| format!("/{passes}"));
     let mut text = format!("pass {}{of}", status.passes);
     if status.photons > 0 && status.seconds > 0.0 {
-        text += &format!(", {}photons/s", si(status.photons as f64 / status.seconds));
+        text += &format!(", {} photons/s", si(status.photons as f64 / status.seconds));
     }
     if let Some(seconds) = limit.remaining(status) {
         text += &format!(", {} left", clock(seconds));
@@ -145,12 +145,12 @@ fn message(status: Status, limit: Limit) -> String {
     text
 }
 
-/// Three digits and a decimal prefix, with the space before the unit: `4.12 M`, `850 `.
+/// Three digits and a decimal prefix: `4.12 M`, `850`.
 pub fn si(number: f64) -> String {
     let (scale, prefix) = match number {
-        n if n >= 999.5e6 => (1e9, "G"),
-        n if n >= 999.5e3 => (1e6, "M"),
-        n if n >= 999.5 => (1e3, "k"),
+        n if n >= 999.5e6 => (1e9, " G"),
+        n if n >= 999.5e3 => (1e6, " M"),
+        n if n >= 999.5 => (1e3, " k"),
         _ => (1.0, ""),
     };
     let scaled = number / scale;
@@ -161,7 +161,7 @@ pub fn si(number: f64) -> String {
     } else {
         0
     };
-    format!("{scaled:.decimals$} {prefix}")
+    format!("{scaled:.decimals$}{prefix}")
 }
 
 /// Seconds as `42 s`, `3:07` or `2:03:07`.
@@ -196,14 +196,14 @@ mod tests {
 
     #[test]
     fn messages_name_passes_photons_and_time() {
-        assert_eq!(message(QUARTER, BY_PASSES), "pass 25/100, 5.00 Mphotons/s, 30 s left");
-        assert_eq!(message(QUARTER, BY_TIME), "pass 25, 5.00 Mphotons/s, 50 s left");
+        assert_eq!(message(QUARTER, BY_PASSES), "pass 25/100, 5.00 M photons/s, 30 s left");
+        assert_eq!(message(QUARTER, BY_TIME), "pass 25, 5.00 M photons/s, 50 s left");
         assert_eq!(message(Status::default(), BY_PASSES), "pass 0/100");
     }
 
     #[test]
     fn numbers_keep_three_digits() {
-        for (number, text) in [(0.0, "0.00 "), (9.994, "9.99 "), (99.94, "99.9 "), (999.4, "999 "), (999.6, "1.00 k")] {
+        for (number, text) in [(0.0, "0.00"), (9.994, "9.99"), (99.94, "99.9"), (999.4, "999"), (999.6, "1.00 k")] {
             assert_eq!(si(number), text);
         }
         assert_eq!(si(4.123e6), "4.12 M");

@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 
+use super::flags::{DeviceArgs, EffortArgs, LightArgs, OutputArgs, ViewArgs};
 use super::progress::{Limit, Progress, Status};
-use super::values::{self, Aov, Kernel, Size};
-use super::{DeviceArgs, check_readable, interrupt, print};
+use super::values::Aov;
+use super::{check_readable, interrupt, print};
 use crate::error::{Error, Result};
 use crate::film::exr::RenderInfo;
 use crate::film::image::Picture;
 use crate::film::output::{Destination, Output};
-use crate::film::tonemap::{Curve, ToneMap};
+use crate::film::tonemap::ToneMap;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -49,86 +50,6 @@ pub struct RenderArgs {
     /// Where it is computed.
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-/// Where results go.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Output")]
-pub struct OutputArgs {
-    /// Picture to write, repeatable: .exr (linear floats, all layers) or .png (8-bit sRGB, tone-mapped)
-    #[arg(short, long, value_name = "FILE", required = true)]
-    pub output: Vec<PathBuf>,
-
-    /// Tone curve of a PNG
-    #[arg(long, value_name = "CURVE", value_enum, default_value_t)]
-    pub tonemap: Curve,
-
-    /// Exposure of a PNG in stops: +1 doubles, -1 halves
-    #[arg(long, value_name = "STOPS", default_value = "0", value_parser = values::stops, allow_negative_numbers = true)]
-    pub exposure: f32,
-
-    /// Write counts, times, memory and warnings of the render as JSON
-    #[arg(long, value_name = "FILE")]
-    pub report: Option<PathBuf>,
-
-    /// Write the device's timeline as Chrome trace JSON (open in a trace viewer)
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-
-    /// Show no progress and no warnings, only the last line and errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-/// What is seen.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Picture")]
-pub struct ViewArgs {
-    /// Size in pixels
-    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
-    pub size: Size,
-
-    /// Camera of the scene, by name or by index from 0
-    #[arg(long, value_name = "CAMERA", default_value = "0")]
-    pub camera: String,
-
-    /// Additional layers of the EXR, separated by commas
-    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
-    pub aov: Vec<Aov>,
-}
-
-/// How much is computed.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Effort")]
-pub struct EffortArgs {
-    /// Passes to render; each refines the whole picture. With --time, what comes first ends the render
-    #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
-    pub passes: Option<u64>,
-
-    /// Rendering time, such as 30s, 2m, 1h30m, loading not included [default: 30s without --passes]
-    #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
-    pub time: Option<f64>,
-
-    /// Photons per pass, such as 250000, 250k, 1M [default: by the size of the picture]
-    #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
-    pub photons: Option<u64>,
-
-    /// Seed: the same one gives the same picture, bit for bit, after the same passes
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-}
-
-/// Light and how it is estimated.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Light")]
-pub struct LightArgs {
-    /// Environment map that lights the scene from infinity, equirectangular (.exr or .hdr)
-    #[arg(long, value_name = "FILE")]
-    pub environment: Option<PathBuf>,
-
-    /// Weight of photons within their footprint
-    #[arg(long, value_name = "KERNEL", value_enum, default_value = "epanechnikov")]
-    pub kernel: Kernel,
 }
 
 /// A checked order to the renderer.
@@ -294,8 +215,10 @@ fn last_line(files: &Files, rendered: &Rendered) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::values::{Kernel, Size};
     use crate::film::exr;
     use crate::film::image::Channels;
+    use crate::film::tonemap::Curve;
     use clap::Parser;
     use std::fs;
 
