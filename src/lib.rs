@@ -1,7 +1,9 @@
 //! nephroid: a progressive photon-mapping renderer on Vulkan compute.
 #![deny(unsafe_code)]
 
+pub mod cli;
 pub mod error;
+pub mod film;
 pub mod graph;
 pub mod kernels;
 pub mod scene;

@@ -1,2 +1,5 @@
 //! The `nephroid` command line program.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    nephroid::cli::main(std::env::args_os())
+}

@@ -1,0 +1,102 @@
+//! Groups of flags, one struct each.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::values::{self, Aov, Kernel, Size};
+use crate::film::tonemap::Curve;
+
+/// Where results go.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
+pub struct OutputArgs {
+    /// Picture to write, repeatable: .exr (linear floats, all layers) or .png (8-bit sRGB, tone-mapped)
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub output: Vec<PathBuf>,
+
+    /// Tone curve of a PNG
+    #[arg(long, value_name = "CURVE", value_enum, default_value_t)]
+    pub tonemap: Curve,
+
+    /// Exposure of a PNG in stops: +1 doubles, -1 halves
+    #[arg(long, value_name = "STOPS", default_value = "0", value_parser = values::stops, allow_negative_numbers = true)]
+    pub exposure: f32,
+
+    /// Write counts, times, memory and warnings of the render as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// Write the device's timeline as Chrome trace JSON (open in a trace viewer)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+
+    /// Show no progress and no warnings, only the last line and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// What is seen.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Picture")]
+pub struct ViewArgs {
+    /// Size in pixels
+    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
+    pub size: Size,
+
+    /// Camera of the scene, by name or by index from 0
+    #[arg(long, value_name = "CAMERA", default_value = "0")]
+    pub camera: String,
+
+    /// Additional layers of the EXR, separated by commas
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    pub aov: Vec<Aov>,
+}
+
+/// How much is computed.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Effort")]
+pub struct EffortArgs {
+    /// Passes to render; each refines the whole picture. With --time, what comes first ends the render
+    #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
+    pub passes: Option<u64>,
+
+    /// Rendering time, such as 30s, 2m, 1h30m, loading not included [default: 30s without --passes]
+    #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
+    pub time: Option<f64>,
+
+    /// Photons per pass, such as 250000, 250k, 1M [default: by the size of the picture]
+    #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
+    pub photons: Option<u64>,
+
+    /// Seed: the same one gives the same picture, bit for bit, after the same passes
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// Light and how it is estimated.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Light")]
+pub struct LightArgs {
+    /// Environment map that lights the scene from infinity, equirectangular (.exr or .hdr)
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+
+    /// Weight of photons within their footprint
+    #[arg(long, value_name = "KERNEL", value_enum, default_value = "epanechnikov")]
+    pub kernel: Kernel,
+}
+
+/// The choice of a device.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Device")]
+pub struct DeviceArgs {
+    /// Device to use: an index of `nephroid devices`, a part of its name, or `cpu`
+    /// [default: discrete, then integrated, then software]
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
+
+    /// Load the Vulkan validation layers and fail on their first message (slow)
+    #[arg(long)]
+    pub validate: bool,
+}

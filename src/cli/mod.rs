@@ -1,0 +1,197 @@
+//! The command line: one file per subcommand, one struct per group of flags. The only part that prints.
+//!
+//! Results go to standard output, progress, warnings and errors to standard error. Exit codes: 0 done, 1 usage, 2 bad
+//! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 130 interrupted.
+
+pub mod bench;
+pub mod compare;
+pub mod devices;
+pub mod flags;
+pub mod info;
+pub mod interrupt;
+pub mod progress;
+pub mod render;
+pub mod values;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+
+use crate::error::{Error, Result};
+
+const EXAMPLES: &str = "\
+Examples:
+  nephroid render cup.glb -o cup.exr -o cup.png
+  nephroid render ring.gltf -o ring.exr --size 320x240 --time 60s --aov all
+  nephroid compare ring.exr reference.exr
+
+Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed, 130 interrupted";
+
+/// A photon-mapping renderer for any Vulkan device: glTF in, EXR and PNG out.
+#[derive(Debug, Parser)]
+#[command(name = "nephroid", version, after_help = EXAMPLES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene.
+    Render(Box<render::RenderArgs>),
+    /// Show what a scene holds and what rendering it needs.
+    Info(info::InfoArgs),
+    /// List the Vulkan devices and what each lacks.
+    Devices(devices::DevicesArgs),
+    /// Measure the kernels on a device.
+    Bench(bench::BenchArgs),
+    /// Measure the difference between two EXR pictures.
+    Compare(compare::CompareArgs),
+}
+
+/// Parses, runs, reports: everything the program does. `args` begins with the program's name.
+///
+/// An error becomes one sentence on standard error and the code of [`Error::exit_code`].
+pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    match parse(args).and_then(|cli| cli.map_or(Ok(()), run)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // With standard error closed there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "nephroid: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// `None` if help or version was asked for, and printed.
+fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Option<Cli>> {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => Ok(Some(cli)),
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            print(&error.render().to_string())?;
+            Ok(None)
+        }
+        Err(error) => Err(Error::Usage(sentence(&error))),
+    }
+}
+
+/// What clap says in paragraphs, as one sentence.
+fn sentence(error: &clap::Error) -> String {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return "a command is missing; see `nephroid --help`".into();
+    }
+    let text = error.render().to_string();
+    let joined = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut paragraphs = text.split("\n\n");
+    let problem = joined(paragraphs.next().unwrap_or_default());
+    let mut sentence = problem.strip_prefix("error: ").unwrap_or(&problem).to_owned();
+    let tip = paragraphs.find_map(|paragraph| paragraph.trim().strip_prefix("tip: ").map(joined));
+    if let Some(tip) = tip {
+        sentence = format!("{sentence}; {tip}");
+    }
+    format!("{sentence}; see `nephroid --help`")
+}
+
+fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Devices(args) => devices::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Compare(args) => compare::run(&args),
+    }
+}
+
+/// Prints to standard output. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
+fn print(text: &str) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io("standard output", "write", source))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Finds out early whether an input file can be read.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be opened, [`Error::Scene`] if it is not a file.
+fn check_readable(path: &Path) -> Result<()> {
+    let io = |source| Error::io(path, "read", source);
+    let status = std::fs::metadata(path).map_err(io)?;
+    // Before opening: opening a pipe would wait for its writer.
+    if !status.is_file() {
+        return Err(Error::scene(path, "not a regular file"));
+    }
+    std::fs::File::open(path).map_err(io)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parsed(line: &str) -> Result<Option<Cli>> {
+        parse(line.split_whitespace().map(OsString::from))
+    }
+
+    fn refusal(line: &str) -> String {
+        let error = parsed(line).expect_err(line);
+        assert_eq!(error.exit_code(), 1);
+        error.to_string()
+    }
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_flag_and_command_has_a_help_text() {
+        for command in Cli::command().get_subcommands() {
+            assert!(command.get_about().is_some(), "{}", command.get_name());
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{} {}", command.get_name(), argument.get_id());
+            }
+        }
+    }
+
+    #[test]
+    fn usage_errors_are_one_sentence() {
+        assert_eq!(refusal("nephroid"), "a command is missing; see `nephroid --help`");
+        assert_eq!(
+            refusal("nephroid rendr"),
+            "unrecognized subcommand 'rendr'; a similar subcommand exists: \
+             'render'; see `nephroid --help`"
+        );
+        assert_eq!(
+            refusal("nephroid render"),
+            "the following required arguments were not provided: --output <FILE> <SCENE>; see `nephroid --help`"
+        );
+        let unknown = refusal("nephroid render a.glb -o a.exr --sise 1x1");
+        assert!(unknown.starts_with("unexpected argument '--sise' found; a similar argument exists: '--size'"));
+        for line in ["nephroid render a.glb -o a.exr --size 0x4", "nephroid compare a.exr", "nephroid info a b"] {
+            assert!(!refusal(line).contains('\n'), "{line}");
+        }
+    }
+
+    #[test]
+    fn help_is_not_an_error() {
+        assert!(matches!(parsed("nephroid --help"), Ok(None)));
+        assert!(matches!(parsed("nephroid render --help"), Ok(None)));
+        assert!(matches!(parsed("nephroid --version"), Ok(None)));
+    }
+
+    #[test]
+    fn inputs_are_checked_early() {
+        assert!(matches!(check_readable(Path::new("no/such.gltf")), Err(Error::Io { action: "read", .. })));
+        assert!(matches!(check_readable(&std::env::temp_dir()), Err(Error::Scene { .. })));
+        assert!(check_readable(tempfile::NamedTempFile::new().expect("a file").path()).is_ok());
+    }
+}

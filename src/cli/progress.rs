@@ -1,0 +1,238 @@
+//! What a running render shows: a bar on a terminal, a line every few seconds elsewhere, nothing if it shall be quiet.
+
+use std::io::{IsTerminal, Write};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Totals of a render so far.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Status {
+    /// Passes finished.
+    pub passes: u64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Rendering time in seconds.
+    pub seconds: f64,
+}
+
+/// When a render ends: at the first limit it reaches. At least one is set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// Number of passes.
+    pub passes: Option<u64>,
+    /// Rendering time in seconds.
+    pub seconds: Option<f64>,
+}
+
+impl Limit {
+    /// The part that is done, 0 ... 1.
+    fn fraction(self, status: Status) -> f64 {
+        let by_passes = self.passes.map_or(0.0, |limit| status.passes as f64 / limit as f64);
+        let by_time = self.seconds.map_or(0.0, |limit| status.seconds / limit);
+        by_passes.max(by_time).min(1.0)
+    }
+
+    /// Seconds that are left at the pace so far; `None` while that is unknown.
+    fn remaining(self, status: Status) -> Option<f64> {
+        let by_passes = self.passes.filter(|_| status.passes > 0).map(|limit| {
+            let left = limit.saturating_sub(status.passes) as f64;
+            left * status.seconds / status.passes as f64
+        });
+        let by_time = self.seconds.map(|limit| (limit - status.seconds).max(0.0));
+        match (by_passes, by_time) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        }
+    }
+}
+
+/// Shows the progress of one render on standard error.
+pub struct Progress {
+    limit: Limit,
+    display: Display,
+}
+
+enum Display {
+    Quiet,
+    Lines {
+        /// Rendering time of the next line.
+        next: f64,
+    },
+    Bar(ProgressBar),
+}
+
+/// Seconds between lines where there is no terminal.
+const LINE_INTERVAL: f64 = 5.0;
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+impl Progress {
+    /// Chooses the display for standard error.
+    pub fn new(limit: Limit, quiet: bool) -> Self {
+        let display = if quiet {
+            Display::Quiet
+        } else if std::io::stderr().is_terminal() {
+            Display::Bar(bar())
+        } else {
+            Display::Lines { next: LINE_INTERVAL }
+        };
+        Self { limit, display }
+    }
+
+    /// Shows a new status; cheap enough for every pass.
+    pub fn update(&mut self, status: Status) {
+        match &mut self.display {
+            Display::Quiet => (),
+            Display::Lines { next } => {
+                if is_due(next, status.seconds) {
+                    say(&message(status, self.limit));
+                }
+            }
+            Display::Bar(bar) => {
+                bar.set_position((self.limit.fraction(status) * STEPS as f64) as u64);
+                bar.set_message(message(status, self.limit));
+            }
+        }
+    }
+
+    /// Shows a sentence, for example a warning of the scene.
+    pub fn note(&self, sentence: &str) {
+        match &self.display {
+            Display::Quiet => (),
+            Display::Lines { .. } => say(sentence),
+            Display::Bar(bar) => bar.suspend(|| say(sentence)),
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar() -> ProgressBar {
+    // The template is a constant that is known to parse; a plain bar is the fallback all the same.
+    let style = ProgressStyle::with_template("[{bar:32}] {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr()).with_style(style.progress_chars("=> "))
+}
+
+/// A render goes on even if nobody can read what it says.
+fn say(sentence: &str) {
+    let _ = writeln!(std::io::stderr(), "{sentence}");
+}
+
+/// Whether a line is due at this rendering time, and if so, when the next one is.
+fn is_due(next: &mut f64, seconds: f64) -> bool {
+    let due = seconds >= *next;
+    if due {
+        *next = (seconds / LINE_INTERVAL).floor() * LINE_INTERVAL + LINE_INTERVAL;
+    }
+    due
+}
+
+fn message(status: Status, limit: Limit) -> String {
+    let of = limit.passes.map_or(String::new(), |passes| format!("/{passes}"));
+    let mut text = format!("pass {}{of}", status.passes);
+    if status.photons > 0 && status.seconds > 0.0 {
+        text += &format!(", {} photons/s", si(status.photons as f64 / status.seconds));
+    }
+    if let Some(seconds) = limit.remaining(status) {
+        text += &format!(", {} left", clock(seconds));
+    }
+    text
+}
+
+/// Three digits and a decimal prefix: `4.12 M`, `850`.
+pub fn si(number: f64) -> String {
+    let (scale, prefix) = match number {
+        n if n >= 999.5e6 => (1e9, " G"),
+        n if n >= 999.5e3 => (1e6, " M"),
+        n if n >= 999.5 => (1e3, " k"),
+        _ => (1.0, ""),
+    };
+    let scaled = number / scale;
+    let decimals = if scaled < 9.995 {
+        2
+    } else if scaled < 99.95 {
+        1
+    } else {
+        0
+    };
+    format!("{scaled:.decimals$}{prefix}")
+}
+
+/// Seconds as `42 s`, `3:07` or `2:03:07`.
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m}:{s:02}"),
+        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BY_PASSES: Limit = Limit { passes: Some(100), seconds: None };
+    const BY_TIME: Limit = Limit { passes: None, seconds: Some(60.0) };
+    const BOTH: Limit = Limit { passes: Some(100), seconds: Some(60.0) };
+    const QUARTER: Status = Status { passes: 25, photons: 50_000_000, seconds: 10.0 };
+
+    #[test]
+    fn the_nearer_limit_counts() {
+        assert_eq!(BY_PASSES.remaining(QUARTER), Some(30.0));
+        assert_eq!(BY_TIME.remaining(QUARTER), Some(50.0));
+        assert_eq!(BOTH.remaining(QUARTER), Some(30.0));
+        assert_eq!(BOTH.fraction(QUARTER), 0.25);
+        assert_eq!(BY_PASSES.remaining(Status::default()), None);
+        let over = Status { passes: 101, seconds: 61.0, ..QUARTER };
+        assert_eq!((BOTH.remaining(over), BOTH.fraction(over)), (Some(0.0), 1.0));
+    }
+
+    #[test]
+    fn messages_name_passes_photons_and_time() {
+        assert_eq!(message(QUARTER, BY_PASSES), "pass 25/100, 5.00 M photons/s, 30 s left");
+        assert_eq!(message(QUARTER, BY_TIME), "pass 25, 5.00 M photons/s, 50 s left");
+        assert_eq!(message(Status::default(), BY_PASSES), "pass 0/100");
+    }
+
+    #[test]
+    fn numbers_keep_three_digits() {
+        for (number, text) in [(0.0, "0.00"), (9.994, "9.99"), (99.94, "99.9"), (999.4, "999"), (999.6, "1.00 k")] {
+            assert_eq!(si(number), text);
+        }
+        assert_eq!(si(4.123e6), "4.12 M");
+        assert_eq!(si(1.5e12), "1500 G");
+    }
+
+    #[test]
+    fn times_read_like_a_clock() {
+        assert_eq!([clock(0.4), clock(59.6), clock(187.0), clock(7387.0)], ["0 s", "1:00", "3:07", "2:03:07"]);
+    }
+
+    #[test]
+    fn lines_come_every_few_seconds() {
+        let mut next = LINE_INTERVAL;
+        let due: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.13).filter(|s| is_due(&mut next, *s)).collect();
+        assert_eq!(due.len(), 5, "{due:?}");
+        assert!(is_due(&mut next, 1000.0) && !is_due(&mut next, 1001.0));
+    }
+
+    #[test]
+    fn every_display_takes_every_call() {
+        let displays = [Display::Quiet, Display::Lines { next: 1e9 }, Display::Bar(ProgressBar::hidden())];
+        for display in displays {
+            let mut progress = Progress { limit: BOTH, display };
+            progress.update(QUARTER);
+            if let Display::Bar(bar) = &progress.display {
+                assert_eq!((bar.position(), bar.message()), (250, message(QUARTER, BOTH)));
+            }
+            progress.finish();
+        }
+    }
+}

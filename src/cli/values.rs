@@ -1,0 +1,216 @@
+//! Values of flags: sizes, durations, counts, names.
+
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+use crate::error::{Error, Result};
+use crate::film::tonemap::Curve;
+
+/// Picture size in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// 1 ... 65536.
+    pub width: u32,
+    /// 1 ... 65536.
+    pub height: u32,
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+/// Parses `640x480`.
+pub fn size(text: &str) -> std::result::Result<Size, String> {
+    const GREATEST_SIDE: u32 = 1 << 16;
+    const MOST_PIXELS: u64 = 1 << 28;
+    let side = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=GREATEST_SIDE).contains(side));
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, for example 640x480")?;
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(format!("more than {MOST_PIXELS} pixels"));
+    }
+    Ok(Size { width, height })
+}
+
+/// Parses `30s`, `1h30m`, `250ms` or plain seconds; the result is in seconds and greater than 0.
+pub fn duration(text: &str) -> std::result::Result<f64, String> {
+    const LONGEST: f64 = 1e9;
+    let seconds = text.parse::<f64>().ok().or_else(|| duration_with_units(text));
+    seconds
+        .filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST)
+        .ok_or_else(|| "expected a time such as 30s, 2m, 1h30m or 500ms".into())
+}
+
+fn duration_with_units(text: &str) -> Option<f64> {
+    let (mut rest, mut seconds) = (text, 0.0);
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.')?;
+        let (number, tail) = rest.split_at(digits);
+        let unit = tail.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(tail.len());
+        let scale = match &tail[..unit] {
+            "ms" => 1e-3,
+            "s" => 1.0,
+            "m" | "min" => 60.0,
+            "h" => 3600.0,
+            "d" => 86400.0,
+            _ => return None,
+        };
+        seconds += number.parse::<f64>().ok()? * scale;
+        rest = &tail[unit..];
+    }
+    Some(seconds)
+}
+
+/// Parses `250000`, `250k` or `1.5M`: a whole number greater than 0.
+pub fn count(text: &str) -> std::result::Result<u64, String> {
+    let expected = || "expected a whole number greater than 0, such as 250000, 250k or 1.5M".to_owned();
+    let scaled = |digits: &str, scale: f64| {
+        let number = digits.parse::<f64>().ok()? * scale;
+        // Beyond 2^53 a product of f64 is no longer the number that was written.
+        (number.fract() == 0.0 && (0.0..=9e15).contains(&number)).then_some(number as u64)
+    };
+    let number = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => scaled(digits, 1e3),
+        None => match text.strip_suffix('M') {
+            Some(digits) => scaled(digits, 1e6),
+            None => text.parse().ok(),
+        },
+    };
+    number.filter(|number| *number > 0).ok_or_else(expected)
+}
+
+/// Parses an exposure in stops.
+pub fn stops(text: &str) -> std::result::Result<f32, String> {
+    let stops = text.parse::<f32>().ok().filter(|stops| stops.abs() <= 64.0);
+    stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
+}
+
+/// The camera that `--camera` means: a name, otherwise an index from 0.
+///
+/// # Errors
+/// [`Error::Usage`] with the names there are.
+pub fn choose_camera(wanted: &str, names: &[&str]) -> Result<usize> {
+    let by_name = names.iter().position(|name| *name == wanted);
+    let by_index = || wanted.parse().ok().filter(|index| *index < names.len());
+    by_name.or_else(by_index).ok_or_else(|| {
+        let list: Vec<String> = names.iter().enumerate().map(|(index, name)| format!("{index} '{name}'")).collect();
+        Error::Usage(format!("no camera '{wanted}'; the scene has {}", list.join(", ")))
+    })
+}
+
+/// Kernel of the density estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Kernel {
+    /// Equal weight within the footprint: sharper, noisier
+    Constant,
+    /// Weight falls towards the rim: smoother
+    Epanechnikov,
+}
+
+/// Additional layers of the EXR.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Aov {
+    /// Reflectance of the first surface that is not a mirror or glass
+    Albedo,
+    /// Its shading normal, world space
+    Normal,
+    /// Distance from the camera along the view axis, scene units
+    Depth,
+    /// Light that comes straight from a light source
+    Direct,
+    /// Light that was scattered at least once, caustics not included
+    Indirect,
+    /// Light focused by mirrors and glass
+    Caustic,
+    /// All of these
+    All,
+}
+
+impl Aov {
+    /// The layers asked for: each once, in a fixed order, `all` resolved.
+    pub fn resolve(list: &[Self]) -> Vec<Self> {
+        let wanted = |aov: &Self| *aov != Self::All && (list.contains(aov) || list.contains(&Self::All));
+        Self::value_variants().iter().copied().filter(wanted).collect()
+    }
+}
+
+impl ValueEnum for Curve {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Neutral, Self::Linear, Self::Reinhard]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Neutral => {
+                PossibleValue::new("neutral").help("Khronos PBR Neutral: keeps colours, softens highlights")
+            }
+            Self::Linear => PossibleValue::new("linear").help("No curve; cut off at 1"),
+            Self::Reinhard => PossibleValue::new("reinhard").help("x / (1 + x) on the luminance"),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }));
+        assert_eq!(size("1X16384").map(|size| size.to_string()), Ok("1x16384".into()));
+        for bad in ["", "x", "640", "640x", "0x5", "-1x5", "1.5x2", "65537x1", "65536x65536", "4x4x4", "4 x 4"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn durations() {
+        for (text, seconds) in [("30s", 30.0), ("90", 90.0), ("2m", 120.0), ("1h30m", 5400.0), ("1.5min", 90.0)] {
+            assert_eq!(duration(text), Ok(seconds), "{text}");
+        }
+        assert_eq!(duration("250ms"), Ok(0.25));
+        assert_eq!(duration("1d"), Ok(86400.0));
+        for bad in ["", "s", "0s", "-5s", "5x", "5s3", "nan", "inf", "1e300", "1..5s", "5 s", "5µs", "m5"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn counts() {
+        for (text, number) in [("1", 1), ("250000", 250_000), ("250k", 250_000), ("1.5M", 1_500_000)] {
+            assert_eq!(count(text), Ok(number), "{text}");
+        }
+        assert_eq!(count("18446744073709551615"), Ok(u64::MAX));
+        for bad in ["", "0", "-1", "0k", "1.5", "1.0001k", "M", "1e300M", "nank", "1G", "18446744073709551616"] {
+            assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn exposures() {
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for bad in ["", "nan", "inf", "65", "one"] {
+            assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn cameras_by_name_then_by_index() {
+        let names = ["front", "0", "side"];
+        assert_eq!(choose_camera("side", &names).ok(), Some(2));
+        assert_eq!(choose_camera("0", &names).ok(), Some(1), "a name goes before an index");
+        assert_eq!(choose_camera("2", &names).ok(), Some(2));
+        let error = choose_camera("3", &names).expect_err("three cameras");
+        assert_eq!(error.to_string(), "no camera '3'; the scene has 0 'front', 1 '0', 2 'side'");
+    }
+
+    #[test]
+    fn layers_come_once_and_in_order() {
+        use Aov::{Albedo, All, Caustic, Depth};
+        assert_eq!(Aov::resolve(&[Depth, Albedo, Depth]), [Albedo, Depth]);
+        assert_eq!(Aov::resolve(&[Caustic, All]).len(), 6);
+        assert_eq!(Aov::resolve(&[]), []);
+    }
+}

@@ -1,0 +1,129 @@
+//! The program from outside: exit codes and messages that need no device.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use nephroid::film::exr::{self, Metadata};
+use nephroid::film::image::{Channels, Picture};
+
+fn nephroid(line: &str, folder: &Path) -> Output {
+    let program = env!("CARGO_BIN_EXE_nephroid");
+    Command::new(program).args(line.split_whitespace()).current_dir(folder).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+/// The exit code is `code`, nothing goes to standard output and one sentence with `part` to standard error.
+fn assert_refused(line: &str, folder: &Path, code: i32, part: &str) {
+    let output = nephroid(line, folder);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{line}: {message}");
+    assert!(message.starts_with("nephroid: ") && message.contains(part), "{line}: {message}");
+    assert_eq!(message.lines().count(), 1, "{line}: {message}");
+    assert_eq!(text(&output.stdout), "", "{line}");
+}
+
+/// A folder with a scene file that nobody gets to read, and two pictures `a.exr` and `b.exr`.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("scene.glb"), "").expect("written");
+    for (name, width, value) in [("a.exr", 2, 1.5), ("b.exr", 2, 1.0), ("wide.exr", 3, 1.0)] {
+        let mut picture = Picture::new(width, 2);
+        picture.push("", Channels::Rgb, vec![value; 6 * width as usize]);
+        let path = folder.path().join(name);
+        let file = std::fs::File::create(&path).expect("created");
+        exr::write(file, &path, &picture, &Metadata::new()).expect("written");
+    }
+    folder
+}
+
+#[test]
+fn usage_errors_exit_with_1() {
+    let folder = folder();
+    for (line, part) in [
+        ("", "a command is missing"),
+        ("paint", "unrecognized subcommand 'paint'"),
+        ("render scene.glb", "--output <FILE>"),
+        ("render -o a.exr", "<SCENE>"),
+        ("render scene.glb -o out.exr --siez 4x4", "a similar argument exists: '--size'"),
+        ("render scene.glb -o out.exr --size 4", "expected WIDTHxHEIGHT"),
+        ("render scene.glb -o out.exr --time 30parsecs", "expected a time"),
+        ("render scene.glb -o out.exr --passes 0", "greater than 0"),
+        ("render scene.glb -o out.exr --photons -5", "greater than 0"),
+        ("render scene.glb -o out.exr --time -5", "expected a time"),
+        ("render scene.glb -o out.exr --kernel gauss", "[possible values: constant, epanechnikov]"),
+        ("render scene.glb -o out.exr --aov albedo,colour", "'colour'"),
+        ("render scene.glb -o out.exr --exposure bright", "expected stops"),
+        ("render scene.glb -o out.jpg", "must end in .exr or .png"),
+        ("render scene.glb -o out.exr -o ./out.exr", "named twice"),
+        ("compare a.exr", "<REFERENCE>"),
+        ("compare a.exr b.exr --layer caustic", "lacks layer 'caustic'"),
+        ("compare a.exr wide.exr", "2 x 2 pixels, the reference 3 x 2"),
+        ("compare a.exr b.exr --block 0", "--block"),
+    ] {
+        assert_refused(line, folder.path(), 1, part);
+    }
+}
+
+#[test]
+fn bad_files_exit_with_2_and_leave_nothing() {
+    let folder = folder();
+    std::fs::write(folder.path().join("random.exr"), b"v/1\x01not a picture").expect("written");
+    for (line, part) in [
+        ("render no.glb -o out.exr", "no.glb: cannot read"),
+        ("render . -o out.exr", ".: not a regular file"),
+        ("render scene.glb -o no/out.exr", "no/out.exr: cannot create"),
+        ("render scene.glb -o out.exr --environment no.hdr", "no.hdr: cannot read"),
+        ("render scene.glb -o out.exr --report no/report.json", "no/report.json: cannot create"),
+        ("info no.glb", "no.glb: cannot read"),
+        ("compare no.exr b.exr", "no.exr: cannot read"),
+        ("compare random.exr b.exr", "random.exr: OpenEXR file"),
+        ("compare scene.glb b.exr", "scene.glb: OpenEXR file"),
+    ] {
+        assert_refused(line, folder.path(), 2, part);
+    }
+    let names = std::fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(names, 5, "scene, three pictures and the random file");
+}
+
+#[test]
+fn help_and_version_exit_with_0() {
+    let folder = folder();
+    for line in ["--help", "-h", "help render", "render --help", "compare -h", "info --help", "devices --help"] {
+        let output = nephroid(line, folder.path());
+        assert_eq!(output.status.code(), Some(0), "{line}");
+        assert!(text(&output.stdout).contains("Usage: nephroid"), "{line}");
+        assert_eq!(text(&output.stderr), "", "{line}");
+    }
+    let version = nephroid("--version", folder.path());
+    assert_eq!(version.status.code(), Some(0));
+    assert_eq!(text(&version.stdout), concat!("nephroid ", env!("CARGO_PKG_VERSION"), "\n"));
+}
+
+#[test]
+fn compare_measures() {
+    let folder = folder();
+    let output = nephroid("compare a.exr b.exr --json", folder.path());
+    assert_eq!(output.status.code(), Some(0));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&value["mse"], &value["mean_ratio"]), (&0.25.into(), &1.5.into()));
+    let table = text(&nephroid("compare b.exr b.exr", folder.path()).stdout);
+    assert!(table.contains("relmse trimmed  0.0000e0"), "{table}");
+    assert!(table.contains("mean ratio      1.000000"), "{table}");
+}
+
+#[test]
+fn references_of_the_test_scenes_equal_themselves() {
+    let shared = std::env::var_os("NEPHROID_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), std::path::PathBuf::from);
+    let reference = shared.join("scenes/ring/reference.exr");
+    if !reference.exists() {
+        return;
+    }
+    let line = format!("compare {0} {0} --json", reference.display());
+    let output = nephroid(&line, Path::new("."));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&value["relmse"], &value["pixels"]), (&0.0.into(), &76800.into()));
+}
