@@ -5,6 +5,8 @@
 //! its front side [W/(sr m^2)], the intensity of a point or spot light is radiant intensity [W/sr], that of a
 //! directional light the irradiance of a plane that faces it [W/m^2].
 
+pub mod shapes;
+
 use std::path::PathBuf;
 
 /// A loaded scene: every instance flattened into world space.
@@ -123,6 +125,22 @@ impl Default for Material {
             transmission_texture: None,
             specular_texture: None,
         }
+    }
+}
+
+impl Material {
+    /// The textures that this material uses, in the order of the fields.
+    pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.emissive_texture,
+            &self.transmission_texture,
+            &self.specular_texture,
+        ]
+        .into_iter()
+        .flatten()
     }
 }
 
