@@ -68,7 +68,7 @@ pub(super) fn cameras(root: &Root, placed: &[Placed], notes: &mut Notes) -> Outc
         let json = root.cameras.get(index).ok_or_else(|| format!("node {node}: camera {index} does not exist"))?;
         let projection = projection(json).map_err(|cause| format!("camera {index}: {cause}"))?;
         let forward = unit(to_world, DVec3::NEG_Z);
-        let right = forward.and_then(|f| Some(f.cross(unit(to_world, DVec3::Y)?).try_normalize()?));
+        let right = forward.and_then(|f| f.cross(unit(to_world, DVec3::Y)?).try_normalize());
         let (Some(forward), Some(right)) = (forward, right) else {
             notes.fault(format!("camera {index}: its node has no direction; the camera was skipped"));
             continue;
