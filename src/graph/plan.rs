@@ -168,14 +168,6 @@ impl Plan {
     pub fn sabotage_barrier(&mut self, phase: u32) {
         self.sabotaged.push(phase);
     }
-
-    /// Buffer that holds the group counts of a pass.
-    pub(super) fn indirect_arguments(pass: &PassInfo) -> Option<u32> {
-        match pass.operation {
-            Operation::Dispatch { grid: GridSpec::Indirect(buffer), .. } => Some(buffer),
-            _ => None,
-        }
-    }
 }
 
 /// A pass joins the current phase unless it touches a buffer that this phase writes, or writes one that it reads.

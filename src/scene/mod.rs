@@ -5,7 +5,18 @@
 //! its front side [W/(sr m^2)], the intensity of a point or spot light is radiant intensity [W/sr], that of a
 //! directional light the irradiance of a plane that faces it [W/m^2].
 
+pub mod environment;
+pub mod frame;
+pub mod load;
+pub mod needs;
+pub mod shapes;
+pub mod summary;
+
 use std::path::PathBuf;
+
+pub use load::{Limits, load, load_with_environment};
+pub use needs::Needs;
+pub use summary::Summary;
 
 /// A loaded scene: every instance flattened into world space.
 #[derive(Debug, Clone, Default)]
@@ -126,6 +137,22 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// The textures that this material uses, in the order of the fields.
+    pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.emissive_texture,
+            &self.transmission_texture,
+            &self.specular_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+}
+
 /// A use of a texture by a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextureRef {
@@ -202,8 +229,8 @@ pub enum Light {
     },
 }
 
-/// Equirectangular radiance from infinity. Row 0 is +Y; column 0 begins at direction -Z seen from inside, u grows
-/// towards +X: direction (sin t sin p, cos t, -sin t cos p) with p = 2 pi (u - 1/2), t = pi v.
+/// Equirectangular radiance from infinity. Row 0 is +Y; column 0 begins at +Z, the middle is -Z, u grows from
+/// there towards +X: direction (sin t sin p, cos t, -sin t cos p) with p = 2 pi (u - 1/2), t = pi v.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Environment {
     /// Width in texels.

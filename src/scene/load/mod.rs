@@ -1,0 +1,226 @@
+//! Loading glTF 2.0 scenes (.gltf and .glb) into a [`Scene`].
+//!
+//! A scene file is untrusted: every index, size and number is checked before use, only files inside the scene's
+//! folder are read, and what would cost more than [`Limits`] allow is refused. Damage that cannot be read around is
+//! an error; values out of range are clamped, and unusable parts skipped, with a warning each.
+//!
+//! Normals where a file has none are flat, as the standard asks. Tangents where a file has none are the area-weighted
+//! derivatives of the texture coordinates rather than MikkTSpace: equal on smooth unmirrored charts, different where
+//! charts of opposite handedness share vertices.
+
+mod accessor;
+mod deform;
+mod document;
+mod images;
+mod lights;
+mod material;
+mod mesh;
+mod nodes;
+mod resolve;
+mod surface;
+
+use std::path::Path;
+
+use self::document::Document;
+use self::material::Converter;
+use self::resolve::Folder;
+pub(in crate::scene) use self::resolve::read_limited;
+use crate::error::{Error, Result};
+
+use crate::scene::{Environment, Material, Scene};
+
+/// Upper bounds on what a scene may cost, so that a small file cannot ask for the whole machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of any one file.
+    pub file_bytes: u64,
+    /// Bytes of all buffers together.
+    pub buffer_bytes: u64,
+    /// Accessor elements read in all.
+    pub elements: u64,
+    /// Triangles after instancing.
+    pub triangles: u64,
+    /// Nodes in the file, and instances of meshes.
+    pub nodes: u64,
+    /// Levels of the node hierarchy.
+    pub depth: u32,
+    /// Texels along one side of an image.
+    pub image_side: u32,
+    /// Bytes of one decoded image.
+    pub image_decode_bytes: u64,
+    /// Bytes of all textures together (RGBA8); images are halved to fit.
+    pub image_bytes: u64,
+    /// Damage that would be clamped or skipped with a warning is an error instead.
+    pub strict: bool,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            file_bytes: 2 << 30,
+            buffer_bytes: 2 << 30,
+            elements: 1 << 28,
+            triangles: 1 << 25,
+            nodes: 1 << 20,
+            depth: 1024,
+            image_side: 16384,
+            image_decode_bytes: 512 << 20,
+            image_bytes: 128 << 20,
+            strict: false,
+        }
+    }
+}
+
+/// Why something could not be read; the file is added by [`load`].
+type Outcome<T> = std::result::Result<T, String>;
+
+/// Warnings collected while loading.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    /// What the user should know; no sentence twice.
+    list: Vec<String>,
+    /// Sentences beyond the first few.
+    more: u64,
+    first_fault: Option<String>,
+    faults: u64,
+}
+
+impl Notes {
+    /// Warnings kept; a damaged file could cause millions.
+    const MOST: usize = 100;
+
+    /// Something ignored or chosen: worth knowing, not wrong.
+    fn note(&mut self, text: String) {
+        if self.list.len() >= Self::MOST {
+            self.more += 1;
+        } else if !self.list.contains(&text) {
+            self.list.push(text);
+        }
+    }
+
+    /// Something wrong in the file that was clamped or skipped.
+    fn fault(&mut self, text: String) {
+        self.faults += 1;
+        self.first_fault.get_or_insert_with(|| text.clone());
+        self.note(text);
+    }
+
+    #[cfg(test)]
+    fn faults(&self) -> u64 {
+        self.faults
+    }
+
+    fn finish(mut self, limits: &Limits) -> Outcome<Vec<String>> {
+        if let Some(fault) = self.first_fault.filter(|_| limits.strict) {
+            return Err(fault);
+        }
+        if self.more > 0 {
+            self.list.push(format!("{} more warnings of this kind", self.more));
+        }
+        Ok(self.list)
+    }
+}
+
+/// Loads a scene. One without light gets the default sky, one without a camera a camera that frames it, both with a
+/// warning.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be read, [`Error::Scene`] if it is damaged, beyond `limits`, or requires an
+/// extension that is not supported.
+pub fn load(path: &Path, limits: &Limits) -> Result<Scene> {
+    load_with_environment(path, None, limits)
+}
+
+/// Like [`load`], lit by the environment map in the file `environment` if there is one.
+///
+/// # Errors
+/// As [`load`], for either file.
+pub fn load_with_environment(path: &Path, environment: Option<&Path>, limits: &Limits) -> Result<Scene> {
+    let mut scene = read(path, limits)?;
+    if let Some(file) = environment {
+        let (map, warnings) = Environment::load(file, limits)?;
+        scene.environment = Some(map);
+        scene.warnings.extend(warnings);
+    }
+    scene.ensure_light();
+    scene.ensure_camera();
+    Ok(scene)
+}
+
+fn read(path: &Path, limits: &Limits) -> Result<Scene> {
+    let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, "read", e))?;
+    if !metadata.is_file() {
+        return Err(Error::scene(path, "is not a regular file"));
+    }
+    let bytes = read_limited(path, limits.file_bytes).map_err(|cause| Error::scene(path, cause))?;
+    let scene = Folder::of(path, limits.file_bytes).and_then(|folder| assemble(&bytes, &folder, limits));
+    scene.map(|scene| Scene { path: path.to_owned(), ..scene }).map_err(|cause| Error::scene(path, cause))
+}
+
+/// From the bytes of the file to a scene, which may still lack light and camera.
+fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Scene> {
+    let mut notes = Notes::default();
+    let document = Document::parse(bytes, folder, limits, &mut notes)?;
+    let root = &document.root;
+    let hierarchy = nodes::walk(root, limits, &mut notes)?;
+    let used = mesh::used_materials(root, &hierarchy);
+    let (materials, textures) = materials(&document, &used, &mut notes);
+    let mut scene = Scene {
+        lights: lights::lights(root, &hierarchy.placed, &mut notes)?,
+        cameras: lights::cameras(root, &hierarchy.placed, &mut notes)?,
+        materials,
+        ..Scene::default()
+    };
+    mesh::MeshReader::new(&document, limits, &used).add_all(&hierarchy, &mut scene, &mut notes)?;
+    let slots = image_slots(&document, &textures);
+    scene.images = images::images(&document, folder, &slots, limits, &mut notes)?;
+    scene.textures = textures.iter().map(|&t| material::sampler(root, t, slot_of(&document, &slots, t))).collect();
+    count_skipped(&scene, &mut notes);
+    scene.warnings = notes.finish(limits)?;
+    Ok(scene)
+}
+
+/// The materials in use, never none, and the textures they use (indices of the file).
+fn materials(document: &Document, used: &[Option<usize>], notes: &mut Notes) -> (Vec<Material>, Vec<usize>) {
+    let mut converter = Converter::new(&document.root);
+    let mut materials: Vec<Material> = used
+        .iter()
+        .map(|index| match index.and_then(|i| Some((i, document.root.materials.get(i)?))) {
+            Some((i, json)) => converter.material(i, json, notes),
+            None => Material::default(),
+        })
+        .collect();
+    if materials.is_empty() {
+        materials.push(Material::default());
+    }
+    (materials, converter.used)
+}
+
+/// The images of the textures in use, each once.
+fn image_slots(document: &Document, textures: &[usize]) -> Vec<usize> {
+    let mut slots: Vec<usize> = textures.iter().map(|&t| document.root.textures[t].source.value()).collect();
+    slots.sort_unstable();
+    slots.dedup();
+    slots
+}
+
+fn slot_of(document: &Document, slots: &[usize], texture: usize) -> u32 {
+    let image = document.root.textures[texture].source.value();
+    slots.binary_search(&image).map_or(0, |slot| slot as u32)
+}
+
+fn count_skipped(scene: &Scene, notes: &mut Notes) {
+    let skipped = scene.skipped;
+    if skipped.degenerate_triangles > 0 {
+        notes.fault(format!("{} triangle(s) without area were skipped", skipped.degenerate_triangles));
+    }
+    if skipped.non_finite_triangles > 0 {
+        notes.fault(format!(
+            "{} triangle(s) with coordinates that are not finite were skipped",
+            skipped.non_finite_triangles
+        ));
+    }
+    if skipped.non_triangle_primitives > 0 {
+        notes.note(format!("{} primitive(s) of points or lines were skipped", skipped.non_triangle_primitives));
+    }
+}

@@ -1,0 +1,216 @@
+//! Where bytes come from: data URIs and files inside the scene's folder, nothing else.
+//!
+//! A scene file may come from anywhere, so it must not be able to name files outside its folder: absolute paths,
+//! `..`, schemes such as `file:` or `http:`, and symbolic links that leave the folder are refused.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use super::Outcome;
+
+/// Reads the files a scene names.
+pub(super) struct Folder {
+    /// Canonical path of the scene's folder.
+    root: PathBuf,
+    /// Largest file to read, in bytes.
+    max_bytes: u64,
+}
+
+impl Folder {
+    /// The folder that holds `scene`.
+    pub fn of(scene: &Path, max_bytes: u64) -> Outcome<Self> {
+        let parent = match scene.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let root = parent.canonicalize().map_err(|e| format!("its folder cannot be found: {e}"))?;
+        Ok(Self { root, max_bytes })
+    }
+
+    /// The bytes a URI stands for.
+    pub fn fetch(&self, uri: &str) -> Outcome<Vec<u8>> {
+        match scheme(uri) {
+            Some(s) if s.eq_ignore_ascii_case("data") => data_uri(&uri[s.len() + 1..]),
+            Some(s) => {
+                Err(format!("scheme '{}' is refused: only data URIs and files beside the scene are read", clip(s)))
+            }
+            None => self.file(uri),
+        }
+    }
+
+    fn file(&self, uri: &str) -> Outcome<Vec<u8>> {
+        let name = percent_decode(uri)?;
+        let name = String::from_utf8(name).map_err(|_| format!("file name '{}' is not UTF-8", clip(uri)))?;
+        if name.is_empty() || name.contains(['\0', '\\']) {
+            return Err(format!("'{}' is not a file name", clip(uri)));
+        }
+        let relative = Path::new(&name);
+        if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
+            return Err(format!("'{}' is outside the scene's folder", clip(&name)));
+        }
+        let missing = |e| format!("file '{}' cannot be read: {e}", clip(&name));
+        let path = self.root.join(relative).canonicalize().map_err(missing)?;
+        if !path.starts_with(&self.root) {
+            return Err(format!("'{}' leads outside the scene's folder", clip(&name)));
+        }
+        read_limited(&path, self.max_bytes).map_err(|cause| format!("file '{}' {cause}", clip(&name)))
+    }
+}
+
+/// Reads a regular file of at most `max_bytes`. Devices and pipes, which could block for ever, are refused.
+pub(in crate::scene) fn read_limited(path: &Path, max_bytes: u64) -> Outcome<Vec<u8>> {
+    let unreadable = |e| format!("cannot be read: {e}");
+    let length = fs::metadata(path).map_err(unreadable)?;
+    if !length.is_file() {
+        return Err("is not a regular file".into());
+    }
+    if length.len() > max_bytes {
+        return Err(format!("has {} bytes, more than the limit of {max_bytes}", length.len()));
+    }
+    let mut bytes = Vec::new();
+    // The file may grow after it was measured: the limit holds for what is read.
+    File::open(path).map_err(unreadable)?.take(max_bytes).read_to_end(&mut bytes).map_err(unreadable)?;
+    Ok(bytes)
+}
+
+/// The scheme of a URI (RFC 3986, section 3.1), without the colon.
+fn scheme(uri: &str) -> Option<&str> {
+    let (scheme, _) = uri.split_once(':')?;
+    let mut bytes = scheme.bytes();
+    let valid = bytes.next()?.is_ascii_alphabetic()
+        && bytes.all(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'-' | b'.'));
+    valid.then_some(scheme)
+}
+
+/// The payload of a data URI (RFC 2397), `rest` being what follows `data:`.
+fn data_uri(rest: &str) -> Outcome<Vec<u8>> {
+    let (head, payload) = rest.split_once(',').ok_or("data URI without a comma")?;
+    let base64 = head.rsplit(';').next().is_some_and(|s| s.trim().eq_ignore_ascii_case("base64"));
+    if base64 { base64_decode(payload) } else { percent_decode(payload) }
+}
+
+/// Replaces `%XX`; anything else after a percent sign is an error.
+fn percent_decode(text: &str) -> Outcome<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        let (byte, tail) = match (first, tail) {
+            (b'%', [high, low, tail @ ..]) => match (hex(*high), hex(*low)) {
+                (Some(high), Some(low)) => (16 * high + low, tail),
+                _ => return Err(format!("bad percent sequence in '{}'", clip(text))),
+            },
+            (b'%', _) => return Err(format!("cut percent sequence in '{}'", clip(text))),
+            (byte, tail) => (byte, tail),
+        };
+        bytes.push(byte);
+        rest = tail;
+    }
+    Ok(bytes)
+}
+
+fn hex(digit: u8) -> Option<u8> {
+    (digit as char).to_digit(16).map(|d| d as u8)
+}
+
+/// Base64 (RFC 4648, section 4), padding optional.
+fn base64_decode(text: &str) -> Outcome<Vec<u8>> {
+    let digits = text.trim_end_matches('=').as_bytes();
+    if digits.len() % 4 == 1 {
+        return Err("base64 data is cut".into());
+    }
+    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 3);
+    for group in digits.chunks(4) {
+        let mut bits = 0u32;
+        for &digit in group {
+            let value = base64_digit(digit).ok_or("base64 data holds a character that is not base64")?;
+            bits = bits << 6 | u32::from(value);
+        }
+        bits <<= 6 * (4 - group.len());
+        bytes.extend_from_slice(&bits.to_be_bytes()[1..group.len()]);
+    }
+    Ok(bytes)
+}
+
+fn base64_digit(digit: u8) -> Option<u8> {
+    match digit {
+        b'A'..=b'Z' => Some(digit - b'A'),
+        b'a'..=b'z' => Some(digit - b'a' + 26),
+        b'0'..=b'9' => Some(digit - b'0' + 52),
+        b'+' => Some(62),
+        b'/' => Some(63),
+        _ => None,
+    }
+}
+
+/// A text from the file, short enough for a message.
+pub(super) fn clip(text: &str) -> String {
+    const LONGEST: usize = 100;
+    let clean = text.chars().map(|c| if c.is_control() { '?' } else { c });
+    if text.chars().count() <= LONGEST { clean.collect() } else { clean.take(LONGEST).chain("...".chars()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_rfc_4648() {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmFy", "foobar")]
+        {
+            assert_eq!(base64_decode(text).unwrap(), bytes.as_bytes());
+        }
+        assert!(base64_decode("Zm9vY").is_err() && base64_decode("Zm\n9").is_err() && base64_decode("Z=g=").is_err());
+    }
+
+    #[test]
+    fn percent_sequences() {
+        assert_eq!(percent_decode("a%20b%C3%A4").unwrap(), "a b\u{e4}".as_bytes());
+        assert!(percent_decode("%").is_err() && percent_decode("%4").is_err() && percent_decode("%G0").is_err());
+    }
+
+    #[test]
+    fn data_uris() {
+        assert_eq!(data_uri("application/octet-stream;base64,Zm8=").unwrap(), b"fo");
+        assert_eq!(data_uri(",a%20b").unwrap(), b"a b");
+        assert!(data_uri("application/octet-stream;base64").is_err());
+    }
+
+    #[test]
+    fn only_files_of_the_folder() {
+        let outer = tempfile::tempdir().unwrap();
+        let inner = outer.path().join("scene");
+        fs::create_dir_all(inner.join("sub")).unwrap();
+        fs::write(outer.path().join("secret"), "s").unwrap();
+        fs::write(inner.join("sub/a b"), "ok").unwrap();
+        let folder = Folder::of(&inner.join("x.gltf"), 10).unwrap();
+        assert_eq!(folder.fetch("sub/a%20b").unwrap(), b"ok");
+        assert_eq!(folder.fetch("./sub/a b").unwrap(), b"ok");
+        let absolute = outer.path().join("secret");
+        let absolute = absolute.to_str().unwrap();
+        let file_uri = format!("file://{absolute}");
+        let drive = "C:\\secret";
+        for uri in [
+            "../secret",
+            "sub/../../secret",
+            "%2e%2e/secret",
+            absolute,
+            &file_uri,
+            "http://x/y",
+            drive,
+            "",
+            "%FF",
+            "sub",
+        ] {
+            assert!(folder.fetch(uri).is_err(), "{uri}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(outer.path().join("secret"), inner.join("link")).unwrap();
+            assert!(folder.fetch("link").unwrap_err().contains("outside"));
+        }
+        fs::write(inner.join("big"), [0; 11]).unwrap();
+        assert!(folder.fetch("big").unwrap_err().contains("limit"));
+    }
+}
