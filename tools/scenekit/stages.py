@@ -45,7 +45,7 @@ def cornell_room(scene, radiance, light_size):
 
 def cornell():
     scene = Scene()
-    white = cornell_room(scene, (17.0, 12.0, 4.0), 1.18)
+    white = cornell_room(scene, (34.0, 24.0, 8.0), 1.18)
     # The published blocks stand on slightly skewed quadrilaterals; these are the nearest parallelograms.
     scene.add("short_block", prism([(1.30, 0.65), (0.82, 2.25), (2.42, 2.74), (2.90, 1.14)], 1.65), white)
     scene.add("tall_block", prism([(4.23, 2.47), (2.65, 2.96), (3.14, 4.56), (4.72, 4.07)], 3.30), white)
@@ -54,7 +54,7 @@ def cornell():
 
 def cornell_glass():
     scene = Scene()
-    cornell_room(scene, (70.0, 58.0, 38.0), 0.5)
+    cornell_room(scene, (230.0, 190.0, 125.0), 0.5)
     scene.add("mirror_sphere", sphere((3.95, 1.0, 3.9), 1.0, 48, 96), scene.metal("mirror", (0.95, 0.95, 0.95)))
     scene.add("glass_sphere", sphere((1.75, 1.02, 2.0), 1.0, 48, 96), scene.glass("glass", 1.5))
     return scene
@@ -66,7 +66,7 @@ def ring():
     scene.add("plane", quad((-3, 0, 3), (6, 0, 0), (0, 0, -6)), scene.diffuse("plane", (0.75, 0.70, 0.60)))
     profile = [line(1.04, 0.0, 1.04, 0.55), line(1.04, 0.55, 1.0, 0.55), line(1.0, 0.55, 1.0, 0.0)]
     scene.add("ring", lathe(profile, 360), scene.metal("polished", (0.96, 0.93, 0.86)))
-    scene.point("lamp", (-1.0, 1.3, 0.0), 2.2, (1.0, 0.93, 0.80))
+    scene.point("lamp", (-1.0, 1.3, 0.0), 3.6, (1.0, 0.93, 0.80))
     scene.camera("camera", (0.55, 3.6, 2.75), (0.05, 0.05, 0.05), 36.0, 4 / 3)
     return scene
 
@@ -106,7 +106,7 @@ def pool():
         px, pz = -x - 0.01 + u * 2 * (x + 0.01), z + 0.01 - v * 2 * (z + 0.01)
         return px, waves(px, pz), pz
     scene.add("water", surface(differentiated(water), 128, 96), scene.glass("water", 1.33))
-    scene.add("light", quad((-1.9, 4.6, -1.3), (0.35, 0, 0), (0, 0, 0.35)), scene.emitter("light", (200.0, 190.0, 170.0)))
+    scene.add("light", quad((-1.9, 4.6, -1.3), (0.35, 0, 0), (0, 0, 0.35)), scene.emitter("light", (800.0, 760.0, 680.0)))
     scene.camera("camera", (0.0, 3.1, 4.7), (0.0, -0.45, 0.05), 38.0, 4 / 3)
     return scene
 
@@ -117,16 +117,16 @@ def wall():
     white = scene.diffuse("white", (0.80, 0.79, 0.77))
     scene.add("wall", quad((-4, 0, 0), (8, 0, 0), (0, 4, 0)), white)
     scene.add("ceiling", quad((-4, 4, 0), (8, 0, 0), (0, 0, 2.6)), white)
-    for name, start, width, colour in (("ochre", -4.0, 3.0, (0.78, 0.48, 0.13)), ("plain", -1.0, 2.0, (0.55, 0.53, 0.50)),
-                                       ("blue", 1.0, 3.0, (0.14, 0.30, 0.62))):
+    for name, start, width, colour in (("ochre", -4.0, 3.4, (0.78, 0.48, 0.13)), ("plain", -0.6, 1.2, (0.55, 0.53, 0.50)),
+                                       ("blue", 0.6, 3.4, (0.14, 0.30, 0.62))):
         scene.add(f"floor_{name}", quad((start, 0, 6), (width, 0, 0), (0, 0, -6)), scene.diffuse(name, colour))
     # A board between the lamps and the wall; the light gets by underneath.
     scene.add("board", box((-4, 1.9, 2.6), (4, 4.0, 2.7)), white)
-    scene.add("post", box((-1.6, 0, 0.7), (-1.3, 1.6, 1.0)), white)
-    scene.add("ball", sphere((1.4, 0.5, 1.0), 0.5, 32, 64), white)
+    scene.add("post", box((-1.25, 0, 0.7), (-1.0, 1.5, 0.95)), white)
+    scene.add("ball", sphere((1.1, 0.42, 0.9), 0.42, 32, 64), white)
     for side in (-1, 1):
-        scene.spot(f"lamp_{side + 2}", (2.4 * side, 3.6, 4.4), (2.4 * side, 0, 1.9), 95.0, 9.0, 16.0, (1.0, 0.95, 0.85))
-    scene.camera("camera", (0.0, 1.45, 7.0), (0.0, 1.35, 0.0), 30.0, 16 / 10)
+        scene.spot(f"lamp_{side + 2}", (1.5 * side, 3.6, 4.4), (1.5 * side, 0, 2.1), 420.0, 6.0, 11.0, (1.0, 0.95, 0.85))
+    scene.camera("camera", (0.0, 1.5, 5.3), (0.0, 0.95, 0.0), 26.0, 16 / 10)
     return scene
 
 
@@ -136,7 +136,7 @@ def corridors():
     plaster, floor = scene.diffuse("plaster", (0.74, 0.72, 0.68)), scene.diffuse("floor", (0.42, 0.30, 0.20))
     accents = [scene.diffuse(f"paint_{i}", c) for i, c in enumerate(
         [(0.62, 0.18, 0.12), (0.15, 0.42, 0.55), (0.70, 0.52, 0.15), (0.24, 0.45, 0.20), (0.45, 0.22, 0.50), (0.70, 0.70, 0.70)])]
-    lamp = scene.emitter("lamp", (9.0, 7.8, 5.8))
+    lamp = scene.emitter("lamp", (60.0, 52.0, 39.0))
     length_z, high, half, deep = 12.0, 2.6, 1.0, 4.0
     scene.add("floor", quad((-half - deep, 0, 0), (2 * (half + deep), 0, 0), (0, 0, -length_z)), floor)
     scene.add("ceiling", quad((-half - deep, high, -length_z), (2 * (half + deep), 0, 0), (0, 0, length_z)), plaster)
@@ -183,9 +183,9 @@ def cove(scene, colour=(0.72, 0.70, 0.66)):
 
 
 def still_life(scene):
-    scene.add("ball", sphere((-1.75, 0.6, -0.3), 0.6, 32, 64), scene.diffuse("clay", (0.66, 0.30, 0.20)))
-    scene.add("mirror", sphere((-0.15, 0.85, -1.3), 0.85, 48, 96), scene.metal("steel", (0.90, 0.90, 0.92)))
-    scene.add("glass", sphere((0.55, 0.55, 0.75), 0.55, 40, 80), scene.glass("glass", 1.5))
+    scene.add("ball", sphere((-1.75, 0.6, -0.3), 0.6, 24, 48), scene.diffuse("clay", (0.66, 0.30, 0.20)))
+    scene.add("mirror", sphere((-0.15, 0.85, -1.3), 0.85, 36, 72), scene.metal("steel", (0.90, 0.90, 0.92)))
+    scene.add("glass", sphere((0.55, 0.55, 0.75), 0.55, 36, 72), scene.glass("glass", 1.5))
     scene.add("block", box((-0.5, 0.0, -0.5), (0.5, 1.3, 0.5)), scene.diffuse("blue", (0.20, 0.34, 0.55)), placed((1.9, 0, -0.7), 28))
     scene.camera("camera", (0.0, 2.3, 6.6), (0.05, 0.62, 0.0), 30.0, 4 / 3)
 
@@ -222,7 +222,7 @@ def light_directional():
         left.merge(box((-3.65, low, near), (-3.5, high, far)))
     scene.add("left", left, plaster)
     still_life(scene)
-    scene.directional("sun", (-1.0, 0.62, 0.25), 9.0, (1.0, 0.90, 0.74))
+    scene.directional("sun", (-1.0, 0.62, 0.25), 11.0, (1.0, 0.90, 0.74))
     return scene
 
 
@@ -230,7 +230,7 @@ def light_area():
     scene = Scene()
     cove(scene)
     still_life(scene)
-    scene.add("panel", quad((-3.4, 3.4, 1.0), (1.1, 0.9, 0.0), (0.0, -1.1, 1.3)), scene.emitter("panel", (10.0, 9.4, 8.4)))
+    scene.add("panel", quad((-3.4, 3.4, 1.0), (1.1, 0.9, 0.0), (0.0, -1.1, 1.3)), scene.emitter("panel", (26.0, 24.4, 21.8)))
     return scene
 
 
@@ -258,7 +258,7 @@ def textured():
               scene.diffuse("turned_wood", (1, 1, 1), base_texture=boards), uv_scale=(2, 1))
     scene.add("pot", lathe([line(0.0, 0.0, 0.45, 0.0), line(0.45, 0.0, 0.7, 1.2), line(0.7, 1.2, 0.0, 1.2)], 64, (1.3, 0, 0.1)),
               scene.diffuse("brick_pot", (1, 1, 1), base_texture=brick, normalTexture={"index": relief}), uv_scale=(3, 1))
-    scene.add("lamp", quad((2.2, 3.9, 0.6), (0.9, 0, 0), (0, 0, 0.9)), scene.emitter("lamp", (30.0, 27.0, 22.0)))
+    scene.add("lamp", quad((2.2, 3.9, 0.6), (0.9, 0, 0), (0, 0, 0.9)), scene.emitter("lamp", (160.0, 144.0, 118.0)))
     scene.camera("camera", (0.0, 2.0, 6.6), (0.0, 1.05, 0.0), 32.0, 4 / 3)
     return scene
 
@@ -274,5 +274,5 @@ def glossy():
         scene.add(f"{name}_sphere", sphere(centre, 0.62, 40, 80), scene.metal(name, colour, roughness))
     for name, x, radiance in (("key", -3.2, (11.0, 10.0, 8.6)), ("rim", 2.2, (5.0, 6.0, 7.6))):
         scene.add(name, quad((x, 4.0, -0.6), (1.0, 0.0, 0.0), (0.0, 0.0, 3.2)), scene.emitter(name, radiance))
-    scene.camera("camera", (0.0, 2.5, 7.4), (0.0, 0.58, 0.0), 28.0, 16 / 10)
+    scene.camera("camera", (0.0, 2.5, 7.4), (0.0, 0.58, 0.0), 33.0, 16 / 10)
     return scene
