@@ -79,7 +79,7 @@ def waves(x, z):
 
 def pool():
     scene = Scene()
-    stops = [(22, 68, 92), (58, 142, 166), (92, 184, 198), (176, 224, 222)]
+    stops = [(48, 112, 140), (96, 176, 196), (140, 210, 216), (208, 236, 232)]
     tiles = []
     for y in range(128):
         row = []
@@ -107,7 +107,7 @@ def pool():
         return px, waves(px, pz), pz
     scene.add("water", surface(differentiated(water), 128, 96), scene.glass("water", 1.33))
     scene.add("light", quad((-1.9, 4.6, -1.3), (0.35, 0, 0), (0, 0, 0.35)), scene.emitter("light", (800.0, 760.0, 680.0)))
-    scene.camera("camera", (0.0, 3.1, 4.7), (0.0, -0.45, 0.05), 38.0, 4 / 3)
+    scene.camera("camera", (0.0, 2.75, 4.1), (0.0, -0.5, 0.15), 37.0, 4 / 3)
     return scene
 
 
@@ -125,7 +125,7 @@ def wall():
     scene.add("post", box((-1.25, 0, 0.7), (-1.0, 1.5, 0.95)), white)
     scene.add("ball", sphere((1.1, 0.42, 0.9), 0.42, 32, 64), white)
     for side in (-1, 1):
-        scene.spot(f"lamp_{side + 2}", (1.5 * side, 3.6, 4.4), (1.5 * side, 0, 2.1), 420.0, 6.0, 11.0, (1.0, 0.95, 0.85))
+        scene.spot(f"lamp_{side + 2}", (1.5 * side, 3.6, 4.4), (1.5 * side, 0, 2.1), 1000.0, 6.0, 11.0, (1.0, 0.95, 0.85))
     scene.camera("camera", (0.0, 1.5, 5.3), (0.0, 0.95, 0.0), 26.0, 16 / 10)
     return scene
 
