@@ -17,10 +17,14 @@ const uint TRACE_MAX_STEPS = 60000u;
 uint trace_stack[BVH_MAX_DEPTH + 2u];
 float trace_stack_t[BVH_MAX_DEPTH + 2u];
 
-// A frame for rays in the tree of `nodes`, whose root holds the bounds of the scene.
-RayFrame trace_frame(vec3 origin, vec3 direction) {
+// A frame for rays in the tree of `nodes`, whose root holds the bounds of the scene, and where to start: at the root
+// unless the tree is empty.
+RayFrame trace_frame(vec3 origin, vec3 direction, out uint start) {
     BvhNode root = nodes[0];
-    return ray_frame(origin, direction, min(root.min0.xyz, root.min1.xyz), max(root.max0.xyz, root.max1.xyz));
+    vec3 low = min(root.min0.xyz, root.min1.xyz);
+    vec3 high = max(root.max0.xyz, root.max1.xyz);
+    start = low.x <= high.x ? 0u : TRACE_DONE;
+    return ray_frame(origin, direction, low, high);
 }
 
 bool trace_accepts(BvhTriangle triangle, uint index, vec2 barycentrics) {
@@ -39,13 +43,13 @@ uint trace_pop(inout uint top, float t_best) {
 }
 
 Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
-    RayFrame ray = trace_frame(origin, direction);
+    uint current;
+    RayFrame ray = trace_frame(origin, direction, current);
     Hit hit = Hit(t_max, vec2(0.0), BVH_MISS);
     uint hit_id = BVH_MISS;
     uint top = 1u;
     trace_stack[0] = TRACE_DONE;
     trace_stack_t[0] = -1.0;
-    uint current = 0u;
     uint steps = 0u;
     while (current != TRACE_DONE && steps < TRACE_MAX_STEPS) {
         steps++;

@@ -1,13 +1,14 @@
 //! One file per algorithm: graph functions over the generated kernels, with their CPU references and tests.
 
+pub mod bvh_host;
 pub mod compact;
 #[allow(clippy::all)]
 pub mod generated;
-
 pub mod reduce;
 pub mod scan;
 pub mod segmented_scan;
 pub mod sort;
+pub mod trace;
 
 use crate::graph::{Buf, Graph, ReadBuf};
 

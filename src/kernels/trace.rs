@@ -1,0 +1,237 @@
+//! Rays against the triangles of a tree: closest hit and any hit.
+//!
+//! The device side is glsl/lib/traverse.glsl, used by every kernel that traces, and the two kernels here, which trace
+//! buffers of rays. The host side mirrors glsl/lib/intersect.glsl operation by operation. The specification is
+//! [`reference`]: a loop over all triangles. Hits do not depend on the tree, not even among hits at equal distance.
+//!
+//! Host and device agree bit for bit where the device rounds additions, multiplications *and divisions* correctly
+//! (software devices do). Vulkan allows 2.5 ulp for a division; there `t` and the barycentrics may differ in the last bits.
+//!
+//! Sources: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013); Ize, "Robust BVH Ray Traversal"
+//! (JCGT 2013); Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.8.6.
+
+use super::bvh_host::{Aabb, COUNT_ONE, FIRST_MASK, LEAF};
+use super::generated::{
+    BvhNode, BvhTriangle, Ray, RayHit, TraceAny, TraceAnyBindings, TraceAnyParams, TraceClosest, TraceClosestBindings,
+    TraceClosestParams,
+};
+use crate::graph::{Buf, Graph, Grid};
+
+/// `RayHit::triangle` where nothing was hit.
+pub const MISS: u32 = u32::MAX;
+
+/// A tree in device memory.
+#[derive(Clone, Copy)]
+pub struct Tree<'a> {
+    /// Inner nodes; node 0 is the root.
+    pub nodes: &'a Buf<BvhNode>,
+    /// Triangles in leaf order.
+    pub triangles: &'a Buf<BvhTriangle>,
+}
+
+/// Adds the pass that finds the closest hit of every ray.
+pub fn closest(g: &mut Graph, tree: Tree<'_>, rays: &Buf<Ray>, hits: &mut Buf<RayHit>) {
+    assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+    let params = TraceClosestParams { count: rays.len() };
+    let bind = TraceClosestBindings { nodes: tree.nodes, triangles: tree.triangles, rays, hits };
+    g.dispatch(TraceClosest, Grid::Threads(rays.len()), params, bind);
+}
+
+/// Adds the pass that writes 1 for every ray with a hit and 0 for the others.
+pub fn any(g: &mut Graph, tree: Tree<'_>, rays: &Buf<Ray>, occluded: &mut Buf<u32>) {
+    assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
+    let params = TraceAnyParams { count: rays.len() };
+    let bind = TraceAnyBindings { nodes: tree.nodes, triangles: tree.triangles, rays, occluded };
+    g.dispatch(TraceAny, Grid::Threads(rays.len()), params, bind);
+}
+
+/// A ray from `origin` along `direction` (in lengths of which `t_max` counts).
+pub fn ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Ray {
+    let [x, y, z] = origin;
+    let [u, v, w] = direction;
+    Ray { origin: [x, y, z, t_max], direction: [u, v, w, 0.0] }
+}
+
+/// Closest hit by a loop over all triangles: the specification of the device code. `bounds` is the box of the scene,
+/// [`scene_bounds`].
+pub fn reference(bounds: &Aabb, triangles: &[BvhTriangle], ray: &Ray) -> RayHit {
+    let mut best = Best::new(ray);
+    if bounds.min[0] <= bounds.max[0] {
+        let frame = Frame::new(xyz(ray.origin), xyz(ray.direction), bounds);
+        (0..triangles.len()).for_each(|index| best.test(&frame, triangles, index as u32));
+    }
+    best.hit
+}
+
+/// Box of all triangles, as the root of any tree over them has it.
+pub fn scene_bounds(nodes: &[BvhNode]) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    if let Some(root) = nodes.first() {
+        bounds.merge(&Aabb { min: xyz(root.min0), max: xyz(root.max0) });
+        bounds.merge(&Aabb { min: xyz(root.min1), max: xyz(root.max1) });
+    }
+    bounds
+}
+
+/// Closest hit through the tree, on the host: for tests, and for the few rays that are not worth a dispatch.
+pub fn traverse(nodes: &[BvhNode], triangles: &[BvhTriangle], ray: &Ray) -> RayHit {
+    let mut best = Best::new(ray);
+    let bounds = scene_bounds(nodes);
+    if bounds.min[0] > bounds.max[0] {
+        return best.hit;
+    }
+    let frame = Frame::new(xyz(ray.origin), xyz(ray.direction), &bounds);
+    let mut stack = vec![(0u32, 0.0f32)];
+    while let Some((reference, enter)) = stack.pop() {
+        if enter > best.hit.t {
+            continue;
+        }
+        if reference & LEAF != 0 {
+            let first = reference & FIRST_MASK;
+            let count = (reference & !LEAF) / COUNT_ONE + 1;
+            (first..first + count).for_each(|index| best.test(&frame, triangles, index));
+            continue;
+        }
+        let node = &nodes[reference as usize];
+        let (enter0, leave0) = frame.slab(xyz(node.min0), xyz(node.max0));
+        let (enter1, leave1) = frame.slab(xyz(node.min1), xyz(node.max1));
+        let (enter0, enter1) = (maximum(enter0, 0.0), maximum(enter1, 0.0));
+        let child0 = (enter0 <= minimum(leave0, best.hit.t)).then_some((node.min0[3].to_bits(), enter0));
+        let child1 = (enter1 <= minimum(leave1, best.hit.t)).then_some((node.max0[3].to_bits(), enter1));
+        let (near, far) = if enter1 < enter0 { (child1, child0) } else { (child0, child1) };
+        stack.extend(far.into_iter().chain(near));
+    }
+    best.hit
+}
+
+/// The best hit so far.
+struct Best {
+    hit: RayHit,
+    id: u32,
+}
+
+impl Best {
+    fn new(ray: &Ray) -> Self {
+        Self { hit: RayHit { t: ray.origin[3], b1: 0.0, b2: 0.0, triangle: MISS }, id: MISS }
+    }
+
+    fn test(&mut self, frame: &Frame, triangles: &[BvhTriangle], index: u32) {
+        let triangle = &triangles[index as usize];
+        let id = triangle.v0[3].to_bits();
+        let corners = [xyz(triangle.v0), xyz(triangle.v1), xyz(triangle.v2)];
+        if let Some((t, [b1, b2])) = frame.intersect(corners)
+            && (t < self.hit.t || (t == self.hit.t && id < self.id))
+        {
+            *self = Self { hit: RayHit { t, b1, b2, triangle: index }, id };
+        }
+    }
+}
+
+/// Mirror of `RayFrame` of glsl/lib/intersect.glsl, where the reasons stand.
+pub struct Frame {
+    origin: [f32; 3],
+    inverse: [f32; 3],
+    near_origin: [f32; 3],
+    far_origin: [f32; 3],
+    negative: [bool; 3],
+    /// Axis that the permutation moves to z.
+    major: usize,
+    shear: [f32; 3],
+}
+
+impl Frame {
+    /// A ray prepared for tests inside of the box `scene`.
+    pub fn new(origin: [f32; 3], direction: [f32; 3], scene: &Aabb) -> Self {
+        let size = direction.map(f32::abs);
+        let major = match size {
+            [x, y, z] if x > y && x > z => 0,
+            [_, y, z] if y > z => 1,
+            _ => 2,
+        };
+        let d = to_major_axis(direction, major);
+        let reach: [f32; 3] =
+            std::array::from_fn(|i| maximum((scene.min[i] - origin[i]).abs(), (scene.max[i] - origin[i]).abs()));
+        let r = maximum(reach[0], maximum(reach[1], reach[2]));
+        let pad: [f32; 3] = origin.map(|x| r * 2.0f32.powi(-19) + x.abs() * 2.0f32.powi(-23));
+        let less: [f32; 3] = std::array::from_fn(|i| origin[i] - pad[i]);
+        let more: [f32; 3] = std::array::from_fn(|i| origin[i] + pad[i]);
+        let negative = direction.map(|x| x < 0.0);
+        Self {
+            origin,
+            inverse: direction.map(|x| if x == 0.0 { f32::INFINITY } else { 1.0 / x }),
+            near_origin: std::array::from_fn(|i| if negative[i] { less[i] } else { more[i] }),
+            far_origin: std::array::from_fn(|i| if negative[i] { more[i] } else { less[i] }),
+            negative,
+            major,
+            shear: [d[0] / d[2], d[1] / d[2], 1.0 / d[2]],
+        }
+    }
+
+    /// Ray parameters where the ray enters and leaves a box; missed unless enter <= leave.
+    pub fn slab(&self, low: [f32; 3], high: [f32; 3]) -> (f32, f32) {
+        let pick = |first: [f32; 3], second: [f32; 3], origin: [f32; 3]| -> [f32; 3] {
+            std::array::from_fn(|i| (if self.negative[i] { second[i] } else { first[i] } - origin[i]) * self.inverse[i])
+        };
+        let near = pick(low, high, self.near_origin);
+        let far = pick(high, low, self.far_origin);
+        (maximum(maximum(near[0], near[1]), near[2]), minimum(minimum(far[0], far[1]), far[2]))
+    }
+
+    /// Distance and barycentrics of v1 and v2 of a hit from either side with 0 < t.
+    pub fn intersect(&self, corners: [[f32; 3]; 3]) -> Option<(f32, [f32; 2])> {
+        let permuted = |v: [f32; 3]| to_major_axis(std::array::from_fn(|i| v[i] - self.origin[i]), self.major);
+        let project = |v: [f32; 3]| [v[0] - self.shear[0] * v[2], v[1] - self.shear[1] * v[2]];
+        let [a, b, c] = corners.map(permuted);
+        let [pa, pb, pc] = [a, b, c].map(project);
+        let (u, v, w) = (edge_function(pc, pb), edge_function(pa, pc), edge_function(pb, pa));
+        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        let det = u + v + w;
+        let inverse = 1.0 / det;
+        let (b0, b1, b2) = (u * inverse, v * inverse, w * inverse);
+        let distance = (b0 * a[2] + b1 * b[2] + b2 * c[2]) * self.shear[2];
+        let mut bounds = Aabb::EMPTY;
+        corners.iter().for_each(|&corner| bounds.grow(corner));
+        let t = maximum(distance, self.slab(bounds.min, bounds.max).0);
+        (inside && det != 0.0 && t > 0.0).then_some((t, [b1, b2]))
+    }
+}
+
+fn xyz([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+    [x, y, z]
+}
+
+fn to_major_axis([x, y, z]: [f32; 3], major: usize) -> [f32; 3] {
+    match major {
+        0 => [y, z, x],
+        1 => [z, x, y],
+        _ => [x, y, z],
+    }
+}
+
+/// GLSL's `max`: the first unless the second is larger.
+fn maximum(a: f32, b: f32) -> f32 {
+    if a < b { b } else { a }
+}
+
+/// GLSL's `min`: the first unless the second is smaller.
+fn minimum(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// a - round(a * b) to the last bit.
+fn product_error(a: f32, b: f32, product: f32) -> f32 {
+    let split = |x: f32| {
+        let c = 4097.0 * x;
+        let high = c - (c - x);
+        (high, x - high)
+    };
+    let ((ah, al), (bh, bl)) = (split(a), split(b));
+    ((ah * bh - product) + ah * bl + al * bh) + al * bl
+}
+
+/// `a.x b.y - a.y b.x` with the exact sign.
+fn edge_function(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let (p, q) = (a[0] * b[1], a[1] * b[0]);
+    let difference = p - q;
+    if difference == 0.0 { product_error(a[0], b[1], p) - product_error(a[1], b[0], q) } else { difference }
+}
