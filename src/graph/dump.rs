@@ -35,7 +35,8 @@ impl Plan {
 
     fn describe(&self, pass: &PassInfo) -> String {
         let scopes: Vec<_> = pass.scopes.iter().map(|&scope| self.scope_names[scope as usize]).collect();
-        let mut text = if scopes.is_empty() { pass.name.into() } else { format!("{}: {}", scopes.join("/"), pass.name) };
+        let mut text =
+            if scopes.is_empty() { pass.name.into() } else { format!("{}: {}", scopes.join("/"), pass.name) };
         match &pass.operation {
             Operation::Dispatch { grid: GridSpec::Groups([x, y]), constants, .. } => {
                 let _ = write!(text, " [{x} x {y}]");
@@ -75,11 +76,16 @@ impl Plan {
         let mut text = String::from("digraph plan {\n  rankdir=LR;\n");
         for (index, info) in self.buffers.iter().enumerate().filter(|(index, _)| self.lifetime[*index].is_some()) {
             let borders = if matches!(info.kind, BufferKind::Transient) { 1 } else { 2 };
-            let _ = writeln!(text, "  b{index} [label=\"{}\\n{} bytes\", peripheries={borders}];", info.name, info.bytes);
+            let _ =
+                writeln!(text, "  b{index} [label=\"{}\\n{} bytes\", peripheries={borders}];", info.name, info.bytes);
         }
         for (index, pass) in self.passes.iter().enumerate() {
             let phase = self.phase[index];
-            let _ = writeln!(text, "  subgraph cluster_{phase} {{ label=\"phase {phase}\"; p{index} [shape=box, label=\"{}\"]; }}", pass.name);
+            let _ = writeln!(
+                text,
+                "  subgraph cluster_{phase} {{ label=\"phase {phase}\"; p{index} [shape=box, label=\"{}\"]; }}",
+                pass.name
+            );
             for usage in &pass.uses {
                 let _ = match usage.access {
                     Access::Read => writeln!(text, "  b{} -> p{index};", usage.buffer),

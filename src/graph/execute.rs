@@ -263,12 +263,8 @@ impl Executable {
 
     /// Times of the scopes of the last run, in order of their start.
     pub fn timings(&self) -> Vec<Timing> {
-        let convert = |t: crate::vk::ScopeTiming| Timing {
-            name: t.name,
-            depth: t.depth,
-            start_ns: t.start_ns,
-            end_ns: t.end_ns,
-        };
+        let convert =
+            |t: crate::vk::ScopeTiming| Timing { name: t.name, depth: t.depth, start_ns: t.start_ns, end_ns: t.end_ns };
         self.commands.timings().into_iter().map(convert).collect()
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, Operation, PassInfo};
+use super::declare::{Access, BufferInfo, BufferKind, Graph, Operation, PassInfo};
 
 /// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
 const ALIGNMENT: u64 = 256;
