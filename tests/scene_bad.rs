@@ -4,7 +4,7 @@ mod scene_support;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use nephroid::scene::{Limits, load};
+use nephroid::scene::{Environment, Limits, load};
 use proptest::prelude::{ProptestConfig, any, prop};
 use scene_support::{Files, floats, glb, load_glb, set, triangle, triangle_bin, with};
 use serde_json::{Value, json};
@@ -311,6 +311,7 @@ fn small_limits_refuse() {
     let limits = Limits::default();
     for limits in [
         Limits { file_bytes: 100, ..limits },
+        Limits { json_bytes: 100, ..limits },
         Limits { buffer_bytes: 43, ..limits },
         Limits { elements: 5, ..limits },
         Limits { triangles: 0, ..limits },
@@ -418,6 +419,39 @@ fn survives(bytes: &[u8]) {
     }
 }
 
+/// Small environment maps: OpenEXR in every lossless compression, and Radiance HDR with run-length coding.
+fn maps() -> Vec<Vec<u8>> {
+    use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
+    let codings =
+        [Encoding::UNCOMPRESSED, Encoding::FAST_LOSSLESS, Encoding::SMALL_LOSSLESS, Encoding::SMALL_FAST_LOSSLESS];
+    let mut maps: Vec<Vec<u8>> = codings
+        .into_iter()
+        .map(|encoding| {
+            let channels = SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, at.y() as f32, 0.5f32));
+            let layer = Layer::new((16, 8), LayerAttributes::named("map"), encoding, channels);
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+            bytes.into_inner()
+        })
+        .collect();
+    let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
+    for _ in 0..8 {
+        // Each scan line: a marker with the width, then four channels as one run each.
+        hdr.extend([2, 2, 0, 16, 144, 10, 144, 20, 144, 30, 144, 129]);
+    }
+    maps.push(hdr);
+    maps
+}
+
+#[test]
+fn the_maps_that_are_broken_are_valid() {
+    for map in maps() {
+        let files = Files::new();
+        let (map, _) = Environment::load(&files.write("map", &map), &Limits::default()).unwrap();
+        assert_eq!(map.radiance.len(), 128);
+    }
+}
+
 proptest::proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -440,6 +474,22 @@ proptest::proptest! {
             bytes[digits[at.index(digits.len())]] = value;
         }
         survives(&bytes);
+    }
+
+    #[test]
+    fn mutated_maps_never_panic(
+        which in 0..5usize,
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..5),
+    ) {
+        let mut bytes = maps().swap_remove(which);
+        for (at, value) in edits {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok((map, _)) = Environment::load(&Files::new().write("map", &bytes), &Limits::default()) {
+            assert_eq!(map.radiance.len(), map.width as usize * map.height as usize);
+            assert!(map.radiance.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
+        }
     }
 
     #[test]
