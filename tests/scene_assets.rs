@@ -189,7 +189,7 @@ const TEXTURED_TRIANGLE: &str = r#"{"asset": {"version": "2.0"},
   "buffers": [{"byteLength": 36, "uri":
     "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
   "bufferViews": [{"buffer": 0, "byteLength": 36}],
-  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
   "images": [{"uri": "t.png"}], "textures": [{"source": 0}],
   "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
   "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],

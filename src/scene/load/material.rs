@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(m.absorption[1].to_bits(), 0);
         assert!(m.absorption[2].is_finite() && m.absorption[2] > 6.0);
         let (thin, _) = convert(
-            r#"{"extensions": {"KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [0.5, 0.5, 0.5]}}}"#,
+            r#"{"extensions": {"KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [0, 0, 0]}}}"#,
         );
         assert!(!thin.volume && thin.absorption == [0.0; 3]);
     }
