@@ -3,6 +3,7 @@
 mod scene_support;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::LazyLock;
 
 use nephroid::scene::{Environment, Limits, load};
 use proptest::prelude::{ProptestConfig, any, prop};
@@ -427,6 +428,8 @@ fn survives(bytes: &[u8]) {
     }
 }
 
+static MAPS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(maps);
+
 /// Small environment maps: OpenEXR in every lossless compression, and Radiance HDR with run-length coding.
 fn maps() -> Vec<Vec<u8>> {
     use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
@@ -453,9 +456,9 @@ fn maps() -> Vec<Vec<u8>> {
 
 #[test]
 fn the_maps_that_are_broken_are_valid() {
-    for map in maps() {
+    for map in MAPS.iter() {
         let files = Files::new();
-        let (map, _) = Environment::load(&files.write("map", &map), &Limits::default()).unwrap();
+        let (map, _) = Environment::load(&files.write("map", map), &Limits::default()).unwrap();
         assert_eq!(map.radiance.len(), 128);
     }
 }
@@ -489,7 +492,7 @@ proptest::proptest! {
         which in 0..5usize,
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..5),
     ) {
-        let mut bytes = maps().swap_remove(which);
+        let mut bytes = MAPS[which].clone();
         for (at, value) in edits {
             let at = at.index(bytes.len());
             bytes[at] = value;
