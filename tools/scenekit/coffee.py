@@ -118,11 +118,11 @@ def coffee_cup():
     # The sun is a narrow spot: every photon lands on the table. A window's worth of sky and a pale ceiling fill the shadows and
     # give the metal something to show; both hang as low as the picture allows, since light from afar mostly misses.
     distance = 150.0
-    scene.spot("sun", mul(unit(SUN), distance), (1.0, 2.0, -1.0), 6.0 * distance * distance, 9.5, 14.0, (1.0, 0.80, 0.56))
+    scene.spot("sun", mul(unit(SUN), distance), (1.0, 2.0, -1.0), 6.0 * distance * distance, 7.0, 11.0, (1.0, 0.80, 0.56))
     sky = scene.emitter("sky", (2.2, 2.8, 3.6))
     for i in range(2):
         for j in range(2):
             scene.add(f"pane_{i}{j}", quad((-26.0 + 18.0 * i, 27.0 + 17.0 * j, -42.0), (16.0, 0.0, 0.0), (0.0, 15.0, 0.0)), sky)
-    scene.add("ceiling", quad((-36.0, 62.0, -24.0), (80.0, 0.0, 0.0), (0.0, 0.0, 62.0)), scene.emitter("ceiling", (0.50, 0.46, 0.42)))
+    scene.add("ceiling", quad((-34.0, 62.0, -58.0), (84.0, 0.0, 0.0), (0.0, 0.0, 84.0)), scene.emitter("ceiling", (0.44, 0.41, 0.38)))
     scene.camera("camera", (1.6, 32.0, 24.5), (1.2, 2.2, -1.1), 30.0, 16 / 10)
     return scene
