@@ -41,8 +41,10 @@ def cup(scene):
         return (x, y, 0.0)
     scene.add("handle", tube(path, lambda t: 0.40 - 0.10 * math.sin(math.pi * t), 48, 32), glaze, placed(yaw=38.0))
 
-    saucer = [line(0.0, 0.0, 4.0, 0.0), bezier((4.0, 0.0), (5.2, 0.0), (6.4, 0.7), (7.6, 1.0), 16), arc(7.58, 1.09, 0.09, -78.0, 102.0, 8),
-              bezier((7.56, 1.18), (6.3, 0.95), (5.2, 0.55), (4.2, 0.5), 16), line(4.2, 0.5, 3.2, 0.5), line(3.2, 0.5, 2.9, 0.74), line(2.9, 0.74, 0.0, 0.74)]
+    saucer = [line(0.0, 0.0, 4.0, 0.0), bezier((4.0, 0.0), (5.2, 0.0), (6.4, 0.7), (7.6, 1.0), 16),
+              arc(7.58, 1.09, 0.09, -78.0, 102.0, 8),
+              bezier((7.56, 1.18), (6.3, 0.95), (5.2, 0.55), (4.2, 0.5), 16), line(4.2, 0.5, 3.2, 0.5),
+              line(3.2, 0.5, 2.9, 0.74), line(2.9, 0.74, 0.0, 0.74)]
     scene.add("saucer", lathe(saucer[:2] + saucer[3:], 128), glaze)
     scene.add("saucer_rim", lathe(saucer[2:3], 160), gold)
 
@@ -90,7 +92,8 @@ def sugar(scene, name, material, at, yaw):
 
     def point(u, v):
         a, b = 2.0 * math.pi * u, (v - 0.5) * math.pi
-        return (size * signed(math.cos(b)) * signed(math.sin(a)), size * signed(math.sin(b)), size * signed(math.cos(b)) * signed(math.cos(a)))
+        across = size * signed(math.cos(b))
+        return (across * signed(math.sin(a)), size * signed(math.sin(b)), across * signed(math.cos(a)))
 
     def exact(u, v):
         a, b = 2.0 * math.pi * u, (v - 0.5) * math.pi
