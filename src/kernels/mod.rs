@@ -3,7 +3,8 @@
 pub mod compact;
 #[allow(clippy::all)]
 pub mod generated;
-
+pub mod lbvh;
+pub mod lbvh_reference;
 pub mod reduce;
 pub mod scan;
 pub mod segmented_scan;
