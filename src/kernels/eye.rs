@@ -4,12 +4,15 @@
 //! divides its slots, so that every result has one writer and the film adds them in a fixed order.
 
 use super::generated::{
-    DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect,
+    Camera, DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect,
     ListSelectBindings, TraceList, TraceListBindings,
 };
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact};
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
+
+/// The scene and the camera with the band of pixels to work on.
+pub type View<'a> = (&'a SceneBuffers, &'a Buf<Camera>);
 
 /// Workgroup size of the transport kernels.
 pub(super) const LOCAL: u32 = 64;
@@ -85,7 +88,7 @@ struct Paths {
 }
 
 /// Adds the passes of the eye paths.
-pub fn trace(g: &mut Graph, scene: &SceneBuffers, variant: Variant, settings: EyeSettings) -> EyeHits {
+pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSettings) -> EyeHits {
     let slots = settings.pixels * settings.slots;
     let mut paths = Paths {
         rays: g.buffer("eye_rays", 2 * slots),
@@ -104,10 +107,10 @@ pub fn trace(g: &mut Graph, scene: &SceneBuffers, variant: Variant, settings: Ey
         truncated: g.buffer("eye_truncated", 1),
     };
     g.fill(&mut result.truncated, 0);
-    let mut list = g.scope("eye generate", |g| generate(g, scene, settings, &mut paths, &mut result));
+    let mut list = g.scope("eye generate", |g| generate(g, view, settings, &mut paths, &mut result));
     let bounces = if variant.glossy || variant.alpha_mask { settings.max_depth + 1 } else { 1 };
     for step in 0..bounces {
-        let children = g.scope("eye bounce", |g| bounce(g, (scene, variant, settings), &list, &mut paths, &mut result));
+        let children = g.scope("eye bounce", |g| bounce(g, view, (variant, settings), &list, &mut paths, &mut result));
         if step + 1 < bounces {
             let places = Items::Counted(&children.places);
             list = SlotList::select(g, places, &children.flags, &children.slots, slots);
@@ -119,7 +122,7 @@ pub fn trace(g: &mut Graph, scene: &SceneBuffers, variant: Variant, settings: Ey
 
 fn generate(
     g: &mut Graph,
-    scene: &SceneBuffers,
+    (scene, camera): View<'_>,
     settings: EyeSettings,
     paths: &mut Paths,
     result: &mut EyeHits,
@@ -130,7 +133,7 @@ fn generate(
         Grid::Threads(settings.pixels),
         (),
         EyeGenerateBindings {
-            camera: &scene.camera,
+            camera,
             pass: &scene.pass,
             rays: &mut paths.rays,
             throughput: &mut paths.throughput,
@@ -145,7 +148,8 @@ fn generate(
 
 fn bounce(
     g: &mut Graph,
-    (scene, v, settings): (&SceneBuffers, Variant, EyeSettings),
+    (scene, camera): View<'_>,
+    (v, settings): (Variant, EyeSettings),
     list: &SlotList,
     paths: &mut Paths,
     result: &mut EyeHits,
@@ -178,7 +182,7 @@ fn bounce(
         texels: &scene.texels,
         globals: &scene.globals,
         environment: &scene.environment,
-        camera: &scene.camera,
+        camera,
         pass: &scene.pass,
         list: &list.list,
         count: &list.count,
@@ -235,7 +239,7 @@ pub(super) fn trace_list(
 }
 
 /// Adds the direct light at the hits: one light, chosen by power, and one shadow ray for each hit.
-pub fn direct(g: &mut Graph, scene: &SceneBuffers, v: Variant, eye: &mut EyeHits) {
+pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, eye: &mut EyeHits) {
     let kernel = DirectLight {
         textures: v.textures,
         alpha_mask: v.alpha_mask,
@@ -259,6 +263,7 @@ pub fn direct(g: &mut Graph, scene: &SceneBuffers, v: Variant, eye: &mut EyeHits
         globals: &scene.globals,
         environment: &scene.environment,
         environment_cdf: &scene.environment_cdf,
+        camera,
         pass: &scene.pass,
         list: &eye.list,
         count: &eye.count,

@@ -1,7 +1,6 @@
 //! Adding a pass to the film. The specification of the sums is [`crate::film`]'s host film, which the kernel mirrors.
 
-use super::generated::{FilmAdd, FilmAddBindings};
-use super::scene_data::SceneBuffers;
+use super::generated::{Camera, FilmAdd, FilmAddBindings};
 use crate::graph::{Buf, Graph, Grid};
 
 /// Floats per pixel of the film: sum high, sum low, squares high, squares low, three channels each.
@@ -33,9 +32,9 @@ pub struct PassResult<'a> {
 }
 
 /// Adds a pass; `aov` also adds the layers.
-pub fn add(g: &mut Graph, scene: &SceneBuffers, pixels: u32, aov: bool, pass: PassResult<'_>, film: &mut FilmBuffers) {
+pub fn add(g: &mut Graph, camera: &Buf<Camera>, pixels: u32, aov: bool, pass: PassResult<'_>, film: &mut FilmBuffers) {
     let bind = FilmAddBindings {
-        camera: &scene.camera,
+        camera,
         radiance: pass.radiance,
         gathered: pass.gathered,
         aov_first: pass.aov_first,

@@ -231,9 +231,9 @@ pub struct PhotonMap {
     pub photons: Buf<Photon>,
 }
 
-/// Builds the map with leaves of at most `leaf_photons`.
-pub fn map(g: &mut Graph, deposits: &Deposits, leaf_photons: u32) -> PhotonMap {
-    let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, leaf_photons);
+/// Builds the map.
+pub fn map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options) -> PhotonMap {
+    let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
     let mut sorted = g.buffer("photons", deposits.photons.len());
     g.dispatch(
         PhotonSort,

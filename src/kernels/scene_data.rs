@@ -1,7 +1,7 @@
 //! The scene's buffers in a graph, and the variant of the kernels that the scene needs.
 
 use super::generated::{
-    BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse,
+    BvhNode, BvhTriangle, Caster, Globals, Light, Material, Pass, TextureUse,
 };
 use crate::graph::ReadBuf;
 
@@ -30,8 +30,6 @@ pub struct SceneBuffers {
     pub environment_cdf: ReadBuf<f32>,
     /// Spheres around specular surfaces.
     pub casters: ReadBuf<Caster>,
-    /// One entry.
-    pub camera: ReadBuf<Camera>,
     /// One entry, changed by the host before each pass.
     pub pass: ReadBuf<Pass>,
 }

@@ -36,6 +36,8 @@ pub struct DeviceScene {
     pub triangle_count: u32,
     /// Triangles without area or with coordinates that are not finite, left out of the tree.
     pub skipped_triangles: u32,
+    /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
+    pub(super) fences: bool,
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -90,6 +92,7 @@ impl DeviceScene {
             caster_count: casters.len() as u32,
             triangle_count: triangles.len() as u32,
             skipped_triangles: bvh.skipped,
+            fences: runtime.device().loop_limit().is_none(),
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();
@@ -114,7 +117,6 @@ impl DeviceScene {
     pub(super) fn import(
         &self,
         g: &mut Graph,
-        camera: Camera,
         pass: Pass,
     ) -> (SceneBuffers, crate::graph::Input<Pass>) {
         let (pass, input) = g.input("pass", &[pass]);
@@ -130,7 +132,6 @@ impl DeviceScene {
             environment: g.import_read(&self.environment),
             environment_cdf: g.import_read(&self.environment_cdf),
             casters: g.import_read(&self.casters),
-            camera: g.upload("camera", &[camera]),
             pass,
         };
         (buffers, input)
@@ -218,5 +219,7 @@ pub(super) fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> C
         orthographic,
         forward: camera.forward,
         slots,
+        first_pixel: 0,
+        pixels: 0,
     }
 }

@@ -154,7 +154,7 @@ void main() {
         return;
     }
     gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
-    uint seed = hash2(hash2(pass[0].seed, pass[0].index), slot * 64u + depth);
+    uint seed = hash2(hash2(pass[0].seed, pass[0].index), (slot + camera[0].first_pixel * camera[0].slots) * 64u + depth);
     vec2 u = vec2(unit_float(hash(seed ^ 0x1b56c4e9u)), unit_float(hash(seed ^ 0x7feb352du)));
     float choice = unit_float(hash(seed ^ 0x3c6ef372u));
     Child a, b;

@@ -33,7 +33,7 @@ void main() {
     uint pixel = linear_id();
     Camera c = camera[0];
     // A pass whose photons did not fit is not counted; the host repeats it with more room.
-    if (pixel >= c.width * c.height || overflow[0] != 0u) return;
+    if (pixel >= c.pixels || overflow[0] != 0u) return;
     vec3 direct = vec3(0.0), caustic = vec3(0.0), other = vec3(0.0);
     for (uint i = 0u; i < c.slots; ++i) {
         uint slot = pixel * c.slots + i;
