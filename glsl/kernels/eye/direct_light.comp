@@ -2,11 +2,11 @@
 // that it lets through arrives as caustic photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };

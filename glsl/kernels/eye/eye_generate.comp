@@ -1,11 +1,11 @@
 // Camera rays: one jittered sample per pixel and pass, box filter. Clears the pixel's path slots.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "shared/scene.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };

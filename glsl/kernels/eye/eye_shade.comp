@@ -3,11 +3,11 @@
 // left one continuation is drawn by its weight, so that no sum depends on the order of execution.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;

@@ -2,10 +2,10 @@
 // Values that are not finite count as zero and are tallied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/two_float.glsl"
 #include "shared/scene.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 

@@ -4,11 +4,11 @@
 // have met a diffuse or rough glossy surface. Together they carry all indirect light, each path once.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool CAUSTIC = false;
 

@@ -7,11 +7,11 @@
 // over the light and dd from the density of directions, so that the footprint is right near to and far from the light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool CAUSTIC = false;
 
