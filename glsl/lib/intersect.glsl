@@ -1,6 +1,10 @@
 // Ray against triangle and against box, and the origins of spawned rays. No epsilon is a length: every bound is a
 // multiple of the coordinates that it bounds, so geometry scaled by a power of two gives the same bits.
 // The host mirror is src/kernels/trace.rs; u below is half an ulp of 1, 2^-24.
+const float TWO_POW_M19 = 1.9073486328125e-6;
+const float TWO_POW_M20 = 9.5367431640625e-7;
+const float TWO_POW_M22 = 2.384185791015625e-7;
+const float TWO_POW_M23 = 1.1920928955078125e-7;
 
 // A ray prepared for many tests: the permuted, sheared frame of Woop, Benthin and Wald, "Watertight Ray/Triangle
 // Intersection" (JCGT 2013), and slab origins moved apart so that no box of an accepted triangle is missed.
@@ -40,7 +44,7 @@ RayFrame ray_frame(vec3 origin, vec3 direction, vec3 low, vec3 high) {
     ray.negative = lessThan(direction, vec3(0.0));
     precise vec3 reach = max(abs(low - origin), abs(high - origin));
     precise float r = max(reach.x, max(reach.y, reach.z));
-    precise vec3 pad = r * exp2(-19.0) + abs(origin) * exp2(-23.0);
+    precise vec3 pad = r * TWO_POW_M19 + abs(origin) * TWO_POW_M23;
     precise vec3 less = origin - pad;
     precise vec3 more = origin + pad;
     ray.near_origin = mix(more, less, ray.negative);
@@ -109,4 +113,33 @@ bool intersect_triangle(RayFrame ray, vec3 v0, vec3 v1, vec3 v2, out float t, ou
     float leave;
     t = max(distance, box_enter(ray, min(min(v0, v1), v2), max(max(v0, v1), v2), leave));
     return inside && det != 0.0 && t > 0.0;
+}
+
+float largest(vec3 v) {
+    return max(v.x, max(v.y, v.z));
+}
+
+// Origin for a ray that leaves a hit with barycentrics `b` (of v1, v2) along `direction`: the hit point, moved off the
+// triangle to the side that the direction points to, by the error bound of the hit point and of the next intersection.
+//
+// Let m be the largest extent of the edges. The computed point is off the plane by at most u |p| + 4u m along each axis, the
+// sum below rounds once more, u |p|, and the distance that intersect_triangle finds is wrong by a few u m. The bound
+// 4u |p| + 16u m covers all of it; its projection on the normal is the step (Pharr, Jakob and Humphreys, PBR 4th edition,
+// 6.8.6). Exact under scaling by powers of two.
+vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
+    precise vec3 e1 = v1 - v0;
+    precise vec3 e2 = v2 - v0;
+    precise vec3 p = v0 + (b.x * e1 + b.y * e2);
+    precise float m = max(largest(abs(e1)), largest(abs(e2)));
+    precise vec3 f1 = e1 / m; // so that the product of edges does not underflow
+    precise vec3 f2 = e2 / m;
+    precise vec3 n = vec3(f1.y * f2.z - f1.z * f2.y, f1.z * f2.x - f1.x * f2.z, f1.x * f2.y - f1.y * f2.x);
+    if (largest(abs(n)) == 0.0) n = direction; // a needle whose normal is lost in rounding
+    precise vec3 unit = n / largest(abs(n));
+    precise vec3 bound = abs(p) * TWO_POW_M22 + m * TWO_POW_M20;
+    precise float reach = abs(unit.x) * bound.x + abs(unit.y) * bound.y + abs(unit.z) * bound.z;
+    precise float side = unit.x * direction.x + unit.y * direction.y + unit.z * direction.z;
+    precise float step_length = reach / (unit.x * unit.x + unit.y * unit.y + unit.z * unit.z);
+    precise vec3 origin = p + unit * (side < 0.0 ? -step_length : step_length);
+    return origin;
 }
