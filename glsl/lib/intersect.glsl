@@ -60,30 +60,23 @@ float box_enter(RayFrame ray, vec3 low, vec3 high, out float leave) {
     return max(max(near.x, near.y), near.z);
 }
 
-// a - round(a * b) to the last bit (Dekker 1971, Veltkamp's splitting): exact unless it underflows. Written out because a
-// fused multiply-add is not fused everywhere.
-float product_error(float a, float b, float product) {
-    precise float ca = 4097.0 * a;
-    precise float ah = ca - (ca - a);
-    precise float al = a - ah;
-    precise float cb = 4097.0 * b;
-    precise float bh = cb - (cb - b);
-    precise float bl = b - bh;
-    precise float e = ((ah * bh - product) + ah * bl + al * bh) + al * bl;
-    return e;
+// The upper half of the digits (Veltkamp's splitting), so that products of halves are exact.
+vec2 upper_half(vec2 v) {
+    precise vec2 c = 4097.0 * v;
+    precise vec2 high = c - (c - v);
+    return high;
 }
 
-// a.x b.y - a.y b.x with the exact sign. Rounding is monotonic, so a difference of rounded products that is not zero
-// has the right sign already; if it is zero, the difference of the rounding errors is the difference.
-float edge_function(vec2 a, vec2 b) {
-    precise float p = a.x * b.y;
-    precise float q = a.y * b.x;
-    precise float difference = p - q;
-    if (difference == 0.0) {
-        precise float exact = product_error(a.x, b.y, p) - product_error(a.y, b.x, q);
-        difference = exact;
-    }
-    return difference;
+// a.x b.y - a.y b.x to about an ulp, hence with the exact sign: rounded products and their rounding errors (Dekker 1971; written
+// out because a fused multiply-add is not fused everywhere). The upper halves of a and b come with them, each serves twice.
+float edge_function(vec2 a, vec2 a_high, vec2 b, vec2 b_high) {
+    precise vec2 product = a * b.yx;
+    precise vec2 a_low = a - a_high;
+    precise vec2 b_low = b - b_high;
+    precise vec2 error =
+        ((a_high * b_high.yx - product) + a_high * b_low.yx + a_low * b_high.yx) + a_low * b_low.yx;
+    precise float edge = (product.x - product.y) + (error.x - error.y);
+    return edge;
 }
 
 // Distance and barycentrics (of v1, v2) of a hit from either side with 0 < t; false where there is none.
@@ -99,9 +92,12 @@ bool intersect_triangle(RayFrame ray, vec3 v0, vec3 v1, vec3 v2, out float t, ou
     precise vec2 pa = a.xy - ray.shear.xy * a.z;
     precise vec2 pb = b.xy - ray.shear.xy * b.z;
     precise vec2 pc = c.xy - ray.shear.xy * c.z;
-    float u = edge_function(pc, pb);
-    float v = edge_function(pa, pc);
-    float w = edge_function(pb, pa);
+    vec2 ha = upper_half(pa);
+    vec2 hb = upper_half(pb);
+    vec2 hc = upper_half(pc);
+    float u = edge_function(pc, hc, pb, hb);
+    float v = edge_function(pa, ha, pc, hc);
+    float w = edge_function(pb, hb, pa, ha);
     bool inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     precise float det = u + v + w;
     precise float inverse = 1.0 / det;

@@ -250,20 +250,22 @@ fn minimum(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// a - round(a * b) to the last bit.
-fn product_error(a: f32, b: f32, product: f32) -> f32 {
-    let split = |x: f32| {
+/// The upper half of the digits.
+fn upper_half(v: [f32; 2]) -> [f32; 2] {
+    v.map(|x| {
         let c = 4097.0 * x;
-        let high = c - (c - x);
-        (high, x - high)
-    };
-    let ((ah, al), (bh, bl)) = (split(a), split(b));
-    ((ah * bh - product) + ah * bl + al * bh) + al * bl
+        c - (c - x)
+    })
 }
 
-/// `a.x b.y - a.y b.x` with the exact sign.
+/// `a.x b.y - a.y b.x` to about an ulp, with the exact sign.
 fn edge_function(a: [f32; 2], b: [f32; 2]) -> f32 {
-    let (p, q) = (a[0] * b[1], a[1] * b[0]);
-    let difference = p - q;
-    if difference == 0.0 { product_error(a[0], b[1], p) - product_error(a[1], b[0], q) } else { difference }
+    let (ah, bh) = (upper_half(a), upper_half(b));
+    let product = |i: usize, j: usize| {
+        let (al, bl) = (a[i] - ah[i], b[j] - bh[j]);
+        let product = a[i] * b[j];
+        (product, ((ah[i] * bh[j] - product) + ah[i] * bl + al * bh[j]) + al * bl)
+    };
+    let (p, q) = (product(0, 1), product(1, 0));
+    (p.0 - q.0) + (p.1 - q.1)
 }
