@@ -449,13 +449,10 @@ fn powers_of_two_change_no_bit() {
         let scale = 2.0f32.powi(k);
         let scaled = mesh.mapped(|p| p.map(|x| x * scale)).build();
         assert_eq!(scaled.tree.order, built.tree.order, "2^{k}");
-        let scaled_rays: Vec<Ray> = rays
-            .iter()
-            .map(|r| Ray { origin: r.origin.map(|x| x * scale), direction: r.direction })
-            .collect();
-        let scaled_back = |hits: Vec<RayHit>| -> Vec<RayHit> {
-            hits.into_iter().map(|h| RayHit { t: h.t / scale, ..h }).collect()
-        };
+        let scaled_rays: Vec<Ray> =
+            rays.iter().map(|r| Ray { origin: r.origin.map(|x| x * scale), direction: r.direction }).collect();
+        let scaled_back =
+            |hits: Vec<RayHit>| -> Vec<RayHit> { hits.into_iter().map(|h| RayHit { t: h.t / scale, ..h }).collect() };
         assert_same(&scaled_back(scaled.on_host(&scaled_rays)), &expected, &format!("host 2^{k}"), 0);
         if k % 10 == 0 {
             let device = scaled_back(scaled.on_device(&scaled_rays).0);
