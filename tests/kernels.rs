@@ -12,6 +12,11 @@ use support::{Harness, POISON_WORD, Random, SIZES, assert_same, patterns};
 const REFERENCES: &[(&str, &str)] = &[
     ("compact_scatter", "kernels::compact::reference"),
     ("dispatch_args", "kernels::compact::reference_args"),
+    ("lbvh_boxes", "kernels::lbvh_reference::build"),
+    ("lbvh_codes", "kernels::lbvh_reference::morton"),
+    ("lbvh_count", "kernels::lbvh_reference::build"),
+    ("lbvh_links", "kernels::lbvh_reference::build"),
+    ("lbvh_pack", "kernels::lbvh_reference::build"),
     ("reduce_aabb", "kernels::reduce::reference_bounds"),
     ("reduce_f32", "kernels::reduce::reference_f32"),
     ("reduce_u32", "kernels::reduce::reference_u32"),

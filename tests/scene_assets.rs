@@ -74,6 +74,56 @@ fn sample_models_load() {
 }
 
 #[test]
+fn the_check_finds_damage() {
+    let Some(shared) = shared() else { return };
+    let path = shared.join("assets/khronos/BoxVertexColors/BoxVertexColors.gltf");
+    let whole = load(&path, &Limits::default()).unwrap();
+    let sabotage: [fn(&mut Scene); 5] = [
+        |s| s.geometry.positions[0][0] = f32::NAN,
+        |s| s.geometry.normals[0] = [2.0, 0.0, 0.0],
+        |s| s.geometry.triangles[0][0] = 1 << 20,
+        |s| s.geometry.colors.truncate(1),
+        |s| s.cameras.clear(),
+    ];
+    for damage in sabotage {
+        let mut scene = whole.clone();
+        damage(&mut scene);
+        assert!(catch_unwind(AssertUnwindSafe(|| check(&scene, &path))).is_err());
+    }
+}
+
+/// A copy of a binary glTF file whose meshes have lost an attribute; the name is overwritten in place.
+fn without(path: &Path, attribute: &str, folder: &Path) -> PathBuf {
+    let mut bytes = std::fs::read(path).unwrap();
+    let (name, hidden) = (format!("\"{attribute}\""), format!("\"_{}\"", &attribute[1..]));
+    let places: Vec<usize> =
+        (0..bytes.len() - name.len()).filter(|&i| bytes[i..].starts_with(name.as_bytes())).collect();
+    assert!(!places.is_empty());
+    for at in places {
+        bytes[at..at + name.len()].copy_from_slice(hidden.as_bytes());
+    }
+    let copy = folder.join("without.glb");
+    std::fs::write(&copy, bytes).unwrap();
+    copy
+}
+
+#[test]
+fn generated_tangents_agree_with_those_of_the_file() {
+    let Some(shared) = shared() else { return };
+    let path = shared.join("assets/khronos/NormalTangentMirrorTest/NormalTangentMirrorTest.glb");
+    let folder = tempfile::tempdir().unwrap();
+    let given = load(&path, &Limits::default()).unwrap();
+    let made = load(&without(&path, "TANGENT", folder.path()), &Limits::default()).unwrap();
+    let pairs: Vec<_> = given.geometry.tangents.iter().zip(&made.geometry.tangents).collect();
+    let agree = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|k| a[k] * b[k]).sum::<f32>() > 0.95 && a[3] == b[3];
+    let good = pairs.iter().filter(|(a, b)| agree(a, b)).count();
+    let flipped = pairs.iter().filter(|(a, b)| agree(&a.map(|x| -x), b)).count();
+    println!("{good} of {} tangents agree, {flipped} are opposite", pairs.len());
+    assert!(given.geometry.tangents.iter().any(|t| t[3] < 0.0) && given.geometry.tangents.iter().any(|t| t[3] > 0.0));
+    assert!(good * 100 >= pairs.len() * 97 && flipped * 100 < pairs.len());
+}
+
+#[test]
 fn environment_maps_load() {
     let Some(shared) = shared() else { return };
     let scene = shared.join("scenes/cornell/cornell.gltf");
@@ -139,7 +189,7 @@ const TEXTURED_TRIANGLE: &str = r#"{"asset": {"version": "2.0"},
   "buffers": [{"byteLength": 36, "uri":
     "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
   "bufferViews": [{"buffer": 0, "byteLength": 36}],
-  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
   "images": [{"uri": "t.png"}], "textures": [{"source": 0}],
   "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
   "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],

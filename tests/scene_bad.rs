@@ -3,8 +3,9 @@
 mod scene_support;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::LazyLock;
 
-use nephroid::scene::{Limits, load};
+use nephroid::scene::{Environment, Limits, load};
 use proptest::prelude::{ProptestConfig, any, prop};
 use scene_support::{Files, floats, glb, load_glb, set, triangle, triangle_bin, with};
 use serde_json::{Value, json};
@@ -126,7 +127,7 @@ fn structure() {
 
 #[test]
 fn accessors() {
-    let huge = json!(18_446_744_073_709_551_615u64);
+    let huge = json!(u64::MAX);
     let bad_index = {
         let mut bin = triangle_bin();
         bin[40] = 200;
@@ -162,14 +163,6 @@ fn accessors() {
         ("vector indices", changed("/meshes/0/primitives/0/indices", json!(0)), "unsigned"),
         ("fewer normals than vertices", fewer_normals, "2 elements of Normal for 3 vertices"),
         ("vertex index out of range", bad_index, "index 200 is out of range"),
-        ("stride below the element", changed("/bufferViews/0/byteStride", json!(8)), "stride"),
-        ("stride of 0", changed("/bufferViews/0/byteStride", json!(0)), "byteStride"),
-        ("view beyond buffer", changed("/bufferViews/0/byteLength", json!(45)), "beyond its buffer"),
-        ("view offset near 2^64", changed("/bufferViews/0/byteOffset", huge.clone()), "beyond its buffer"),
-        ("view of no buffer", changed("/bufferViews/0/buffer", json!(3)), "out of range"),
-        ("accessor of no view", changed("/accessors/0/bufferView", json!(9)), "out of range"),
-        ("buffer longer than BIN", changed("/buffers/0/byteLength", json!(4000)), "missing"),
-        ("buffer of 2^63 bytes", changed("/buffers/0/byteLength", json!(9_223_372_036_854_775_808u64)), "limit"),
         (
             "sparse count above count",
             sparse(
@@ -189,6 +182,22 @@ fn accessors() {
             changed("/meshes/0/primitives/0/attributes/NORMAL", json!(1)),
             "cannot be read as Normal",
         ),
+    ];
+    all_fail(&Files::new(), &cases);
+}
+
+#[test]
+fn views_and_buffers() {
+    let huge = json!(u64::MAX);
+    let cases: Vec<Case> = vec![
+        ("stride below the element", changed("/bufferViews/0/byteStride", json!(8)), "stride"),
+        ("stride of 0", changed("/bufferViews/0/byteStride", json!(0)), "byteStride"),
+        ("view beyond buffer", changed("/bufferViews/0/byteLength", json!(45)), "beyond its buffer"),
+        ("view offset near 2^64", changed("/bufferViews/0/byteOffset", huge.clone()), "beyond its buffer"),
+        ("view of no buffer", changed("/bufferViews/0/buffer", json!(3)), "out of range"),
+        ("accessor of no view", changed("/accessors/0/bufferView", json!(9)), "out of range"),
+        ("buffer longer than BIN", changed("/buffers/0/byteLength", json!(4000)), "missing"),
+        ("buffer of 2^63 bytes", changed("/buffers/0/byteLength", json!(9_223_372_036_854_775_808u64)), "limit"),
     ];
     all_fail(&Files::new(), &cases);
 }
@@ -311,6 +320,7 @@ fn small_limits_refuse() {
     let limits = Limits::default();
     for limits in [
         Limits { file_bytes: 100, ..limits },
+        Limits { json_bytes: 100, ..limits },
         Limits { buffer_bytes: 43, ..limits },
         Limits { elements: 5, ..limits },
         Limits { triangles: 0, ..limits },
@@ -418,6 +428,41 @@ fn survives(bytes: &[u8]) {
     }
 }
 
+static MAPS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(maps);
+
+/// Small environment maps: OpenEXR in every lossless compression, and Radiance HDR with run-length coding.
+fn maps() -> Vec<Vec<u8>> {
+    use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
+    let codings =
+        [Encoding::UNCOMPRESSED, Encoding::FAST_LOSSLESS, Encoding::SMALL_LOSSLESS, Encoding::SMALL_FAST_LOSSLESS];
+    let mut maps: Vec<Vec<u8>> = codings
+        .into_iter()
+        .map(|encoding| {
+            let channels = SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, at.y() as f32, 0.5f32));
+            let layer = Layer::new((16, 8), LayerAttributes::named("map"), encoding, channels);
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+            bytes.into_inner()
+        })
+        .collect();
+    let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
+    for _ in 0..8 {
+        // Each scan line: a marker with the width, then four channels as one run each.
+        hdr.extend([2, 2, 0, 16, 144, 10, 144, 20, 144, 30, 144, 129]);
+    }
+    maps.push(hdr);
+    maps
+}
+
+#[test]
+fn the_maps_that_are_broken_are_valid() {
+    for map in MAPS.iter() {
+        let files = Files::new();
+        let (map, _) = Environment::load(&files.write("map", map), &Limits::default()).unwrap();
+        assert_eq!(map.radiance.len(), 128);
+    }
+}
+
 proptest::proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -440,6 +485,22 @@ proptest::proptest! {
             bytes[digits[at.index(digits.len())]] = value;
         }
         survives(&bytes);
+    }
+
+    #[test]
+    fn mutated_maps_never_panic(
+        which in 0..5usize,
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..5),
+    ) {
+        let mut bytes = MAPS[which].clone();
+        for (at, value) in edits {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok((map, _)) = Environment::load(&Files::new().write("map", &bytes), &Limits::default()) {
+            assert_eq!(map.radiance.len(), map.width as usize * map.height as usize);
+            assert!(map.radiance.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
+        }
     }
 
     #[test]

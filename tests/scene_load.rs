@@ -265,7 +265,7 @@ fn lights_and_cameras_follow_their_nodes() {
     set(&mut json, "/cameras", json!([camera(0.5), {"type": "orthographic", "orthographic": parallel}]));
     let light = |i: u32| json!({"KHR_lights_punctual": {"light": i}});
     let half = 0.5f64.sqrt();
-    // A quarter turn about X brings -Z to -Y... seen from +X: -Z goes to +Y with a positive angle.
+    // A quarter turn about X takes +Y to +Z and -Z to +Y.
     let nodes = json!([
         {"mesh": 0},
         {"camera": 1, "extensions": light(0), "rotation": [half, 0, 0, half]},

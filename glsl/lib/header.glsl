@@ -2,3 +2,4 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "lib/linear_id.glsl"
 #include "lib/math.glsl"
+#include "lib/differentials.glsl"

@@ -2,10 +2,17 @@
 
 pub mod bvh_host;
 pub mod compact;
+pub mod eye;
+pub mod film;
+pub mod gather;
 #[allow(clippy::all)]
 pub mod generated;
+pub mod lbvh;
+pub mod lbvh_reference;
+pub mod photon;
 pub mod reduce;
 pub mod scan;
+pub mod scene_data;
 pub mod segmented_scan;
 pub mod sort;
 pub mod trace;

@@ -27,7 +27,7 @@ impl Bounds {
     }
 }
 
-/// Vertical field of view of the framing camera [rad].
+/// Vertical field of view of the framing camera, in radians.
 const FRAMING_FOV: f32 = 0.7;
 /// From the scene to the framing camera: a three-quarter view from the right, a little above.
 const FRAMING_VIEW: Vec3 = Vec3::new(0.6, 0.45, 1.0);

@@ -215,9 +215,9 @@ pub enum Light {
         direction: [f32; 3],
         /// Radiant intensity on the axis [W/sr].
         intensity: [f32; 3],
-        /// Angle where the falloff begins [rad].
+        /// Angle where the falloff begins, in radians.
         inner_angle: f32,
-        /// Angle where the light ends [rad].
+        /// Angle where the light ends, in radians.
         outer_angle: f32,
     },
     /// Parallel light.
@@ -263,7 +263,7 @@ pub struct Camera {
 pub enum Projection {
     /// Pinhole.
     Perspective {
-        /// Full vertical field of view [rad].
+        /// Full vertical field of view, in radians.
         yfov: f32,
         /// Width over height if the file gives it; the image size decides otherwise.
         aspect: Option<f32>,

@@ -192,7 +192,7 @@ fn opaque([r, g, b]: [f32; 3]) -> [f32; 4] {
 }
 
 impl Camera {
-    /// A pinhole camera at `position` that looks at `target`; `yfov` is the full vertical field of view [rad].
+    /// A pinhole camera at `position` that looks at `target`; `yfov` is the full vertical field of view, in radians.
     /// Where `up` is parallel to the view another one is chosen.
     pub fn look_at(position: [f32; 3], target: [f32; 3], up: [f32; 3], yfov: f32) -> Self {
         let forward = (Vec3::from(target) - Vec3::from(position)).try_normalize().unwrap_or(Vec3::NEG_Z);

@@ -51,11 +51,13 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     })
 }
 
-/// The module with every logical operation on specialisation constants replaced by `true`: the reflection crate cannot
-/// evaluate them, and no layout depends on them.
+/// The module with every logical operation on specialisation constants replaced by `true` and every choice by 0: the
+/// reflection crate cannot evaluate them, and no layout depends on them.
 fn without_logic(words: &[u32]) -> Vec<u32> {
     const OP_CONSTANT_TRUE: u32 = 41;
+    const OP_CONSTANT: u32 = 43;
     const OP_SPEC_CONSTANT_OP: u32 = 52;
+    const SELECT: u32 = 169;
     const LOGICAL_EQUAL_TO_NOT: std::ops::RangeInclusive<u32> = 164..=168;
     let mut plain = words[..words.len().min(5)].to_vec();
     for (op, operands) in instructions(words) {
@@ -63,6 +65,9 @@ fn without_logic(words: &[u32]) -> Vec<u32> {
         match operands {
             [ty, result, operation, ..] if op == OP_SPEC_CONSTANT_OP && LOGICAL_EQUAL_TO_NOT.contains(operation) => {
                 plain.extend([(3 << 16) | OP_CONSTANT_TRUE, *ty, *result]);
+            }
+            [ty, result, SELECT, ..] if op == OP_SPEC_CONSTANT_OP => {
+                plain.extend([(4 << 16) | OP_CONSTANT, *ty, *result, 0]);
             }
             _ => plain.extend(std::iter::once(head).chain(operands.iter().copied())),
         }

@@ -3,6 +3,8 @@
 //!
 //! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`), `NEPHROID_VALIDATE=0` leaves the validation layers out.
 
+#![allow(dead_code)] // each test binary uses a part
+
 use std::fmt::Debug;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -48,6 +50,11 @@ impl Harness {
             Mutex::new(Self { runtime: Runtime::new(Device::open(&options).expect("a device for the tests")) })
         });
         harness.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether kernels may use memory barriers where invocations diverge ([`nephroid::kernels::lbvh::Options`]).
+    pub fn fences(&self) -> bool {
+        self.runtime.device().loop_limit().is_none()
     }
 
     /// Memory with content.

@@ -41,8 +41,10 @@ def cup(scene):
         return (x, y, 0.0)
     scene.add("handle", tube(path, lambda t: 0.40 - 0.10 * math.sin(math.pi * t), 48, 32), glaze, placed(yaw=38.0))
 
-    saucer = [line(0.0, 0.0, 4.0, 0.0), bezier((4.0, 0.0), (5.2, 0.0), (6.4, 0.7), (7.6, 1.0), 16), arc(7.58, 1.09, 0.09, -78.0, 102.0, 8),
-              bezier((7.56, 1.18), (6.3, 0.95), (5.2, 0.55), (4.2, 0.5), 16), line(4.2, 0.5, 3.2, 0.5), line(3.2, 0.5, 2.9, 0.74), line(2.9, 0.74, 0.0, 0.74)]
+    saucer = [line(0.0, 0.0, 4.0, 0.0), bezier((4.0, 0.0), (5.2, 0.0), (6.4, 0.7), (7.6, 1.0), 16),
+              arc(7.58, 1.09, 0.09, -78.0, 102.0, 8),
+              bezier((7.56, 1.18), (6.3, 0.95), (5.2, 0.55), (4.2, 0.5), 16), line(4.2, 0.5, 3.2, 0.5),
+              line(3.2, 0.5, 2.9, 0.74), line(2.9, 0.74, 0.0, 0.74)]
     scene.add("saucer", lathe(saucer[:2] + saucer[3:], 128), glaze)
     scene.add("saucer_rim", lathe(saucer[2:3], 160), gold)
 
@@ -90,7 +92,8 @@ def sugar(scene, name, material, at, yaw):
 
     def point(u, v):
         a, b = 2.0 * math.pi * u, (v - 0.5) * math.pi
-        return (size * signed(math.cos(b)) * signed(math.sin(a)), size * signed(math.sin(b)), size * signed(math.cos(b)) * signed(math.cos(a)))
+        across = size * signed(math.cos(b))
+        return (across * signed(math.sin(a)), size * signed(math.sin(b)), across * signed(math.cos(a)))
 
     def exact(u, v):
         a, b = 2.0 * math.pi * u, (v - 0.5) * math.pi
@@ -118,11 +121,11 @@ def coffee_cup():
     # The sun is a narrow spot: every photon lands on the table. A window's worth of sky and a pale ceiling fill the shadows and
     # give the metal something to show; both hang as low as the picture allows, since light from afar mostly misses.
     distance = 150.0
-    scene.spot("sun", mul(unit(SUN), distance), (1.0, 2.0, -1.0), 6.0 * distance * distance, 9.5, 14.0, (1.0, 0.80, 0.56))
+    scene.spot("sun", mul(unit(SUN), distance), (1.0, 2.0, -1.0), 6.0 * distance * distance, 7.0, 11.0, (1.0, 0.80, 0.56))
     sky = scene.emitter("sky", (2.2, 2.8, 3.6))
     for i in range(2):
         for j in range(2):
             scene.add(f"pane_{i}{j}", quad((-26.0 + 18.0 * i, 27.0 + 17.0 * j, -42.0), (16.0, 0.0, 0.0), (0.0, 15.0, 0.0)), sky)
-    scene.add("ceiling", quad((-36.0, 62.0, -24.0), (80.0, 0.0, 0.0), (0.0, 0.0, 62.0)), scene.emitter("ceiling", (0.50, 0.46, 0.42)))
+    scene.add("ceiling", quad((-34.0, 62.0, -58.0), (84.0, 0.0, 0.0), (0.0, 0.0, 84.0)), scene.emitter("ceiling", (0.44, 0.41, 0.38)))
     scene.camera("camera", (1.6, 32.0, 24.5), (1.2, 2.2, -1.1), 30.0, 16 / 10)
     return scene

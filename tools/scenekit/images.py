@@ -22,7 +22,7 @@ def png(width, height, colour_type, rows, palette=None):
 
 
 def lattice(x, y, seed):
-    """A number in [0, 1) for each lattice point (integer hash, constants of the author's choosing)."""
+    """A number in [0, 1) for each lattice point (an integer hash)."""
     h = (x * 0x9E3779B1 + y * 0x85EBCA77 + seed * 0xC2B2AE3D) & 0xFFFFFFFF
     for _ in range(2):
         h = ((h ^ (h >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF

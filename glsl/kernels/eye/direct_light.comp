@@ -29,7 +29,7 @@ void main() {
     EyeHit hit = eye_hits[slot];
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
-    uint key = hash2(pass[0].seed, slot ^ 0x5bd1e995u);
+    uint key = hash2(pass[0].seed, (slot + camera[0].first_pixel * camera[0].slots) ^ 0x5bd1e995u);
     float choice = sequence1(pass[0].index, key, 1u);
     uint light = choose_light(choice);
     LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));

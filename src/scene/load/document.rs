@@ -40,6 +40,9 @@ impl Document {
     /// Parses `bytes` and reads every buffer.
     pub fn parse(bytes: &[u8], folder: &Folder, limits: &Limits, notes: &mut Notes) -> Outcome<Self> {
         let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
+        if json.len() as u64 > limits.json_bytes {
+            return Err(format!("{} bytes of JSON, more than the limit of {}", json.len(), limits.json_bytes));
+        }
         let root = parse_json(json)?;
         check_extensions(&root, notes)?;
         validate(&root)?;

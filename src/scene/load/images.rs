@@ -1,5 +1,7 @@
 //! Decoding of texture images within a budget of texels.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::io::Cursor;
 
 use gltf::json::image::Image as JsonImage;
@@ -87,18 +89,19 @@ fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Image> {
     Ok(Image { width, height, rgba: texels })
 }
 
-/// How often each image must be halved so that all RGBA8 texels fit in `budget` bytes: always the largest first.
+/// How often each image must be halved so that all RGBA8 texels fit in `budget` bytes: always the largest first, the
+/// first of equals.
 fn fit(sizes: &[[u32; 2]], budget: u64) -> Vec<u32> {
     let mut halvings = vec![0; sizes.len()];
     let bytes = |i: usize, n: u32| sizes[i].iter().map(|&s| u64::from((s >> n).max(1))).product::<u64>() * 4;
-    loop {
-        let total: u64 = (0..sizes.len()).map(|i| bytes(i, halvings[i])).sum();
-        let Some(largest) = (0..sizes.len()).max_by_key(|&i| (bytes(i, halvings[i]), usize::MAX - i)) else { break };
-        // Nothing is left to halve where every image is one texel.
-        if total <= budget || bytes(largest, halvings[largest]) <= 4 {
-            break;
-        }
-        halvings[largest] += 1;
+    let mut largest: BinaryHeap<(u64, Reverse<usize>)> = (0..sizes.len()).map(|i| (bytes(i, 0), Reverse(i))).collect();
+    let mut total: u64 = largest.iter().map(|(bytes, _)| bytes).sum();
+    // Nothing is left to halve where the largest image is one texel.
+    while let Some((before, Reverse(i))) = largest.pop().filter(|(bytes, _)| total > budget && *bytes > 4) {
+        halvings[i] += 1;
+        let after = bytes(i, halvings[i]);
+        total -= before - after;
+        largest.push((after, Reverse(i)));
     }
     halvings
 }

@@ -1,5 +1,7 @@
 //! Materials and textures, with every number brought into its valid range.
 
+use std::collections::HashMap;
+
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::{AlphaMode, Material as JsonMaterial, NormalTexture};
 use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
@@ -21,6 +23,8 @@ pub(super) struct Converter<'a> {
     root: &'a Root,
     /// Texture indices of the file, in the order of [`TextureRef::texture`].
     pub used: Vec<usize>,
+    /// Where in `used` a texture is.
+    slots: HashMap<usize, u32>,
 }
 
 /// Brings values of one material into range and remembers whether it had to.
@@ -50,7 +54,7 @@ const RADIANCE: [f32; 2] = [0.0, 1e20];
 
 impl<'a> Converter<'a> {
     pub fn new(root: &'a Root) -> Self {
-        Self { root, used: Vec::new() }
+        Self { root, used: Vec::new(), slots: HashMap::new() }
     }
 
     /// Material `index` of the file.
@@ -166,11 +170,11 @@ impl<'a> Converter<'a> {
             notes.fault(format!("texture {index}: its transform is not finite; the texture is ignored"));
             return None;
         }
-        let slot = self.used.iter().position(|&used| used == index).unwrap_or_else(|| {
+        let texture = *self.slots.entry(index).or_insert_with(|| {
             self.used.push(index);
-            self.used.len() - 1
+            self.used.len() as u32 - 1
         });
-        Some(TextureRef { texture: slot as u32, uv_set, transform: matrix })
+        Some(TextureRef { texture, uv_set, transform: matrix })
     }
 }
 
@@ -242,7 +246,7 @@ mod tests {
         assert_eq!(m.absorption[1].to_bits(), 0);
         assert!(m.absorption[2].is_finite() && m.absorption[2] > 6.0);
         let (thin, _) = convert(
-            r#"{"extensions": {"KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [0.5, 0.5, 0.5]}}}"#,
+            r#"{"extensions": {"KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [0, 0, 0]}}}"#,
         );
         assert!(!thin.volume && thin.absorption == [0.0; 3]);
     }

@@ -55,11 +55,13 @@ pub(super) struct MeshReader<'a> {
     reader: Reader<'a>,
     limits: &'a Limits,
     used_materials: &'a [Option<usize>],
+    /// Triangles of all instances so far, skipped ones included: they cost time as well.
+    triangles: u64,
 }
 
 impl<'a> MeshReader<'a> {
     pub fn new(document: &'a Document, limits: &'a Limits, used_materials: &'a [Option<usize>]) -> Self {
-        Self { document, reader: Reader::new(document, limits), limits, used_materials }
+        Self { document, reader: Reader::new(document, limits), limits, used_materials, triangles: 0 }
     }
 
     /// Adds every instance of every mesh, mesh by mesh, each decoded once.
@@ -77,9 +79,12 @@ impl<'a> MeshReader<'a> {
             for (p, json) in root.meshes[m].primitives.iter().enumerate() {
                 let at = |cause| format!("meshes[{m}].primitives[{p}]: {cause}");
                 let Some(primitive) = self.primitive(json, scene, notes).map_err(at)? else { continue };
+                if primitive.triangles.is_empty() {
+                    continue;
+                }
                 for placed in list {
-                    let count = scene.geometry.triangles.len() as u64 + primitive.triangles.len() as u64;
-                    if count > self.limits.triangles {
+                    self.triangles += primitive.triangles.len() as u64;
+                    if self.triangles > self.limits.triangles {
                         return Err(format!("more than {} triangles", self.limits.triangles));
                     }
                     let Some(placement) = self.placement(placed, hierarchy, notes).map_err(at)? else { continue };

@@ -34,6 +34,8 @@ use crate::scene::{Environment, Material, Scene};
 pub struct Limits {
     /// Bytes of any one file.
     pub file_bytes: u64,
+    /// Bytes of JSON, embedded data URIs included: parsed JSON takes many times its bytes.
+    pub json_bytes: u64,
     /// Bytes of all buffers together.
     pub buffer_bytes: u64,
     /// Accessor elements read in all.
@@ -58,6 +60,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             file_bytes: 2 << 30,
+            json_bytes: 128 << 20,
             buffer_bytes: 2 << 30,
             elements: 1 << 28,
             triangles: 1 << 25,

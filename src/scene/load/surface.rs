@@ -47,6 +47,9 @@ pub(super) fn add(scene: &mut Scene, instance: &Instance, needed: &Needed, notes
         .map(|v| matrix(v as u32).transform_point3(double(shape.positions[v])).as_vec3().to_array())
         .collect();
     let kept = usable(primitive, &positions, |v| handedness(matrix(v)) < 0.0, &mut scene.skipped);
+    if kept.is_empty() {
+        return;
+    }
     let mut vertices = if shape.normals.is_empty() {
         flat(&positions, &kept)
     } else {

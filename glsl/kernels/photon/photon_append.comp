@@ -1,0 +1,27 @@
+// Appends the deposits of one bounce to the photon map, in the order of the photons.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/header.glsl"
+#include "shared/photon.glsl"
+layout(local_size_x = 64) in;
+
+layout(push_constant, scalar) uniform Params {
+    uint capacity;
+} params;
+
+layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 18, scalar) readonly buffer Pending { Photon pending[]; };
+layout(set = 0, binding = 19, scalar) readonly buffer PendingBoxes { Aabb pending_boxes[]; };
+layout(set = 0, binding = 20, scalar) readonly buffer PhotonCount { uint photon_count[]; };
+layout(set = 0, binding = 21, scalar) writeonly buffer Photons { Photon photons[]; };
+layout(set = 0, binding = 22, scalar) writeonly buffer Boxes { Aabb boxes[]; };
+
+void main() {
+    uint k = linear_id();
+    if (k >= count[0]) return;
+    uint target = photon_count[0] + k;
+    if (target >= params.capacity) return;
+    photons[target] = pending[list[k]];
+    boxes[target] = pending_boxes[list[k]];
+}

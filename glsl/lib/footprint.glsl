@@ -1,0 +1,42 @@
+// From differentials to a stored photon: the ellipse in the surface's plane that the photon's flux is spread over.
+
+// Guards, counted in `counters`.
+const uint COUNT_MIN_RADIUS = 0u;  // footprints raised to the smallest radius: near a focus, or a beam without spread
+const uint COUNT_MAX_RADIUS = 1u;  // footprints cut to the largest radius
+const uint COUNT_ANISOTROPY = 2u;  // ellipses beyond MAX_ANISOTROPY
+const uint COUNT_GRAZING = 3u;     // deposits refused because the photon grazes to within float precision
+const uint COUNT_OVERFLOW = 4u;    // photons that did not fit; the pass is repeated with more room
+const uint COUNT_NOT_FINITE = 5u;  // photons whose flux or footprint is not finite
+
+const float MAX_ANISOTROPY = 1000.0;
+const float MIN_RADIUS = 1e-4; // in scene radii, at the first pass
+const float MAX_RADIUS = 0.1;
+const float SLAB = 0.5;        // half thickness of the footprint, in units of its longer semiaxis
+
+struct Ellipse {
+    vec3 major;   // semiaxes, orthogonal
+    vec3 minor;
+    float longer; // their lengths
+    float shorter;
+};
+
+// The ellipse { a cos p + b sin p }: principal axes from the 2 x 2 matrix M M^T, M = (a b).
+Ellipse principal_axes(vec3 a, vec3 b, vec3 normal) {
+    vec3 t, s;
+    basis(normal, t, s);
+    vec2 u = vec2(dot(a, t), dot(a, s)), v = vec2(dot(b, t), dot(b, s));
+    float xx = u.x * u.x + v.x * v.x, yy = u.y * u.y + v.y * v.y, xy = u.x * u.y + v.x * v.y;
+    float determinant = abs(u.x * v.y - u.y * v.x);
+    float half_difference = 0.5 * (xx - yy);
+    float large = 0.5 * (xx + yy) + sqrt(half_difference * half_difference + xy * xy);
+    // The row of M M^T - small I with the larger diagonal entry is along the major axis.
+    vec2 axis = half_difference > 0.0 ? vec2(large - yy, xy) : vec2(xy, large - xx);
+    float size = length(axis);
+    axis = size > 0.0 ? axis / size : vec2(1.0, 0.0);
+    Ellipse e;
+    e.longer = sqrt(large);
+    e.shorter = e.longer > 0.0 ? determinant / e.longer : 0.0;
+    e.major = axis.x * t + axis.y * s;
+    e.minor = -axis.y * t + axis.x * s;
+    return e;
+}
