@@ -251,7 +251,7 @@ fn rays_at_edges(mesh: &Mesh, count: usize, seed: u32) -> Vec<Ray> {
         let corners = mesh.triangles[random.bits() as usize % mesh.triangles.len()];
         let start = random.bits() as usize % 3;
         let (a, b) = (mesh.positions[corners[start] as usize], mesh.positions[corners[(start + 1) % 3] as usize]);
-        let target = if index % 2 == 0 { a } else { add_scaled(a, sub(b, a), random.unit()) };
+        let target = if index.is_multiple_of(2) { a } else { add_scaled(a, sub(b, a), random.unit()) };
         let origin = if index % 4 < 2 { [0.0; 3] } else { random.point().map(|x| 0.4 * x) };
         trace::ray(origin, sub(target, origin), f32::INFINITY)
     };

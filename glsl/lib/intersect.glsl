@@ -1,6 +1,7 @@
 // Ray against triangle and against box, and the origins of spawned rays. No epsilon is a length: every bound is a
 // multiple of the coordinates that it bounds, so geometry scaled by a power of two gives the same bits.
 // The host mirror is src/kernels/trace.rs; u below is half an ulp of 1, 2^-24.
+const float TWO_POW_M18 = 3.814697265625e-6;
 const float TWO_POW_M19 = 1.9073486328125e-6;
 const float TWO_POW_M20 = 9.5367431640625e-7;
 const float TWO_POW_M22 = 2.384185791015625e-7;
@@ -121,7 +122,9 @@ float largest(vec3 v) {
 // Let m be the largest extent of the edges. The computed point is off the plane by at most u |p| + 4u m along each axis, the
 // sum below rounds once more, u |p|, and the distance that intersect_triangle finds is wrong by a few u m. The bound
 // 4u |p| + 16u m covers all of it; its projection on the normal is the step (Pharr, Jakob and Humphreys, PBR 4th edition,
-// 6.8.6). Exact under scaling by powers of two.
+// 6.8.6). The normal of a needle is wrong by up to 11u over its aspect; a direction so close to the plane that its side
+// is unsure may cross the plane within the triangle, which the step must then exceed too. Exact under scaling by powers of
+// two.
 vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
     precise vec3 e1 = v1 - v0;
     precise vec3 e2 = v2 - v0;
@@ -131,10 +134,13 @@ vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
     precise vec3 f2 = e2 / m;
     precise vec3 n = vec3(f1.y * f2.z - f1.z * f2.y, f1.z * f2.x - f1.x * f2.z, f1.x * f2.y - f1.y * f2.x);
     if (largest(abs(n)) == 0.0) n = direction; // a needle whose normal is lost in rounding
-    precise vec3 unit = n / largest(abs(n));
-    precise vec3 bound = abs(p) * TWO_POW_M22 + m * TWO_POW_M20;
-    precise float reach = abs(unit.x) * bound.x + abs(unit.y) * bound.y + abs(unit.z) * bound.z;
+    precise float aspect = largest(abs(n));
+    precise vec3 unit = n / aspect;
     precise float side = unit.x * direction.x + unit.y * direction.y + unit.z * direction.z;
+    precise float unsure = (abs(direction.x) + abs(direction.y) + abs(direction.z)) * TWO_POW_M20 / aspect;
+    precise float spread = abs(side) <= unsure ? TWO_POW_M18 / min(aspect, 1.0) : TWO_POW_M20;
+    precise vec3 bound = abs(p) * TWO_POW_M22 + m * spread;
+    precise float reach = abs(unit.x) * bound.x + abs(unit.y) * bound.y + abs(unit.z) * bound.z;
     precise float step_length = reach / (unit.x * unit.x + unit.y * unit.y + unit.z * unit.z);
     precise vec3 origin = p + unit * (side < 0.0 ? -step_length : step_length);
     return origin;

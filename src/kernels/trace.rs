@@ -218,11 +218,13 @@ pub fn offset_ray_origin([v0, v1, v2]: [[f32; 3]; 3], [b1, b2]: [f32; 2], direct
     if largest(n) == 0.0 {
         n = direction;
     }
-    let size = largest(n);
-    let unit = n.map(|x| x / size);
-    let bound = p.map(|x| x.abs() * 2.0f32.powi(-22) + m * 2.0f32.powi(-20));
-    let reach = unit[0].abs() * bound[0] + unit[1].abs() * bound[1] + unit[2].abs() * bound[2];
+    let aspect = largest(n);
+    let unit = n.map(|x| x / aspect);
     let side = unit[0] * direction[0] + unit[1] * direction[1] + unit[2] * direction[2];
+    let unsure = (direction[0].abs() + direction[1].abs() + direction[2].abs()) * 2.0f32.powi(-20) / aspect;
+    let spread = if side.abs() <= unsure { 2.0f32.powi(-18) / minimum(aspect, 1.0) } else { 2.0f32.powi(-20) };
+    let bound = p.map(|x| x.abs() * 2.0f32.powi(-22) + m * spread);
+    let reach = unit[0].abs() * bound[0] + unit[1].abs() * bound[1] + unit[2].abs() * bound[2];
     let step = reach / (unit[0] * unit[0] + unit[1] * unit[1] + unit[2] * unit[2]);
     let step = if side < 0.0 { -step } else { step };
     std::array::from_fn(|i| p[i] + unit[i] * step)
