@@ -429,7 +429,7 @@ fn degenerate_rays_hit_nothing() {
         rays.push(trace::ray([0.1, 0.2, 0.3], bad, f32::INFINITY));
     }
     rays.push(trace::ray([f32::NAN; 3], [0.0, 0.0, 1.0], f32::INFINITY));
-    for t_max in [0.0, -1.0, f32::NAN] {
+    for t_max in [0.0, -1.0, -7.0, f32::NEG_INFINITY, f32::NAN] {
         rays.push(trace::ray([0.0, 0.0, -3.0], [0.0, 0.0, 1.0], t_max));
     }
     let (hits, occluded) = built.on_device(&rays);

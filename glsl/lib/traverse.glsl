@@ -52,7 +52,7 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
     uint hit_id = BVH_MISS;
     uint top = 1u;
     trace_stack[0] = TRACE_DONE;
-    trace_stack_t[0] = -1.0;
+    trace_stack_t[0] = uintBitsToFloat(0xff800000u); // -inf: never behind any t_max
     uint steps = 0u;
     // Two inner loops rather than one branch: software drivers execute both sides of a branch, but leave a loop early.
     while (current != TRACE_DONE && steps < TRACE_MAX_STEPS) {
