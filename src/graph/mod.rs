@@ -13,7 +13,7 @@ mod plan;
 mod trace;
 
 pub use declare::{
-    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
+    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo, Lanes,
     Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use,
 };
 pub use execute::{Executable, Runtime, Timing};
