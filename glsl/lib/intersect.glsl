@@ -1,3 +1,5 @@
+#ifndef INTERSECT_GLSL
+#define INTERSECT_GLSL
 // Ray against triangle and against box, and the origins of spawned rays. No epsilon is a length: every bound is a
 // multiple of the coordinates that it bounds, so geometry scaled by a power of two gives the same bits.
 // The host mirror is src/kernels/trace.rs; u below is half an ulp of 1, 2^-24.
@@ -116,8 +118,14 @@ float largest(vec3 v) {
     return max(v.x, max(v.y, v.z));
 }
 
-// Origin for a ray that leaves a hit with barycentrics `b` (of v1, v2) along `direction`: the hit point, moved off the
-// triangle to the side that the direction points to, by the error bound of the hit point and of the next intersection.
+// The interpolated point with barycentrics `b` (of v1, v2), in the form whose error offset_point bounds.
+vec3 triangle_point(vec3 v0, vec3 e1, vec3 e2, vec2 b) {
+    precise vec3 p = v0 + (b.x * e1 + b.y * e2);
+    return p;
+}
+
+// Origin for a ray that leaves the point `p` of a triangle with edges e1, e2 along `direction`: the point, moved off the
+// triangle to the side that the direction points to, by the error bound of the point and of the next intersection.
 //
 // Let m be the largest extent of the edges. The computed point is off the plane by at most u |p| + 4u m along each axis, the
 // sum below rounds once more, u |p|, and the distance that intersect_triangle finds is wrong by a few u m. The bound
@@ -125,10 +133,7 @@ float largest(vec3 v) {
 // 6.8.6). The normal of a needle is wrong by up to 11u over its aspect; a direction so close to the plane that its side
 // is unsure may cross the plane within the triangle, which the step must then exceed too. Exact under scaling by powers of
 // two.
-vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
-    precise vec3 e1 = v1 - v0;
-    precise vec3 e2 = v2 - v0;
-    precise vec3 p = v0 + (b.x * e1 + b.y * e2);
+vec3 offset_point(vec3 p, vec3 e1, vec3 e2, vec3 direction) {
     precise float m = max(largest(abs(e1)), largest(abs(e2)));
     precise vec3 f1 = e1 / m; // so that the product of edges does not underflow
     precise vec3 f2 = e2 / m;
@@ -145,3 +150,11 @@ vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
     precise vec3 origin = p + unit * (side < 0.0 ? -step_length : step_length);
     return origin;
 }
+
+// The same from the corners and the barycentrics.
+vec3 offset_ray_origin(vec3 v0, vec3 v1, vec3 v2, vec2 b, vec3 direction) {
+    precise vec3 e1 = v1 - v0;
+    precise vec3 e2 = v2 - v0;
+    return offset_point(triangle_point(v0, e1, e2, b), e1, e2, direction);
+}
+#endif

@@ -1,4 +1,3 @@
-// To be included after the kernel's local_size: gl_WorkGroupSize is read where it stands.
 // Index of this invocation in a one-dimensional problem. The host spreads groups over x and y beyond 65,535, the
 // smallest limit that Vulkan guarantees along one axis.
 uint linear_group() {

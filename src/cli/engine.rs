@@ -26,8 +26,7 @@ pub(super) fn open(args: &DeviceArgs) -> Result<Runtime> {
 /// Renders until a limit is reached or the user stops.
 pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     let begin = Instant::now();
-    let scene =
-        scene::load_with_environment(&request.scene, request.light.environment.as_deref(), &Limits::default())?;
+    let scene = scene::load_with_environment(&request.scene, request.light.environment.as_deref(), &Limits::default())?;
     for warning in &scene.warnings {
         watch.note(warning);
     }
@@ -107,12 +106,7 @@ fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {
     picture
 }
 
-fn report(
-    session: &Session,
-    info: &RenderInfo,
-    measured: &Measured,
-    runtime: &Runtime,
-) -> Result<serde_json::Value> {
+fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &Runtime) -> Result<serde_json::Value> {
     let statistics = session.statistics()?;
     let (caustic, global) = session.photons_per_pass();
     let needs = scene::Needs::of(session.scene());

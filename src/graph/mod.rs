@@ -13,8 +13,8 @@ mod plan;
 mod trace;
 
 pub use declare::{
-    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo, Lanes,
-    Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use,
+    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
+    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use,
 };
 pub use execute::{Executable, Runtime, Timing};
 pub use plan::{Placement, Plan, PlanError};

@@ -4,8 +4,8 @@
 //! divides its slots, so that every result has one writer and the film adds them in a fixed order.
 
 use super::generated::{
-    Camera, DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect,
-    ListSelectBindings, TraceList, TraceListBindings,
+    Camera, DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings,
+    ListSelect, ListSelectBindings, TraceList, TraceListBindings,
 };
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact};

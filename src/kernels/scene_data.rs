@@ -1,8 +1,6 @@
 //! The scene's buffers in a graph, and the variant of the kernels that the scene needs.
 
-use super::generated::{
-    BvhNode, BvhTriangle, Caster, Globals, Light, Material, Pass, TextureUse,
-};
+use super::generated::{BvhNode, BvhTriangle, Caster, Globals, Light, Material, Pass, TextureUse};
 use crate::graph::ReadBuf;
 
 /// What every transport kernel may read; the layouts are those of glsl/shared.

@@ -7,8 +7,8 @@ use crate::graph::{Executable, Graph, Input, Persistent, Plan, Readback, Runtime
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, FILM_FLOATS, FilmBuffers, LAYER_VECTORS, PassResult};
 use crate::kernels::gather;
-use crate::kernels::lbvh;
 use crate::kernels::generated::Pass;
+use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, Emission};
 use crate::scene::Scene;
 

@@ -7,9 +7,7 @@ use super::shading::{Textures, vertex_data};
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
-use crate::kernels::generated::{
-    BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse,
-};
+use crate::kernels::generated::{BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::{Needs, Projection, Scene};
 
@@ -114,11 +112,7 @@ impl DeviceScene {
     }
 
     /// Imports the scene into a graph; `pass` becomes an input of it.
-    pub(super) fn import(
-        &self,
-        g: &mut Graph,
-        pass: Pass,
-    ) -> (SceneBuffers, crate::graph::Input<Pass>) {
+    pub(super) fn import(&self, g: &mut Graph, pass: Pass) -> (SceneBuffers, crate::graph::Input<Pass>) {
         let (pass, input) = g.input("pass", &[pass]);
         let buffers = SceneBuffers {
             nodes: g.import_read(&self.nodes),

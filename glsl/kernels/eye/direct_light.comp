@@ -14,7 +14,7 @@ layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[
 layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 #include "lib/lights.glsl"
@@ -43,7 +43,8 @@ void main() {
         f = uintBitsToFloat(hit.b.xyz);
     }
     BvhTriangle corners = triangles[hit.d.w];
-    vec3 origin = spawn_origin(s.position, position_error(corners.v0.xyz, corners.v1.xyz, corners.v2.xyz), s.geometric, l.to_light);
+    vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+    vec3 origin = offset_point(s.position, e1, e2, l.to_light);
     if (trace_any(origin, l.target - origin, 1.0)) return;
     radiance[slot].xyz += f * l.weight * cosine;
 }

@@ -28,7 +28,7 @@ layout(set = 0, binding = 29, scalar) writeonly buffer ChildPlaces { uint child_
 layout(set = 0, binding = 28, scalar) buffer Truncated { uint truncated[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 
@@ -98,7 +98,7 @@ void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child refl
 }
 
 void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, Surface s, uint state) {
-    vec3 origin = spawn_origin(s.position, s.error, s.geometric, c.direction);
+    vec3 origin = offset_point(s.position, s.e1, s.e2, c.direction);
     rays[2u * slot] = vec4(origin, 0.0);
     rays[2u * slot + 1u] = vec4(c.direction, 0.0);
     throughput[slot] = vec4(through * c.weight, float(slots));
