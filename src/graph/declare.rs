@@ -8,6 +8,9 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
+/// Workgroups along one axis that every device allows (the least value of `maxComputeWorkGroupCount`).
+pub(super) const MOST_GROUPS: u32 = 65_535;
+
 /// A buffer of the graph with `len` elements of `T`. Neither `Copy` nor `Clone`: the borrow checker is the first
 /// hazard checker, so one buffer as input and output of one dispatch does not compile.
 #[derive(Debug)]
@@ -171,7 +174,8 @@ pub struct Use {
 }
 
 impl Use {
-    const NO_BINDING: u32 = u32::MAX;
+    /// [`Use::binding`] of dispatch arguments and transfers.
+    pub const NO_BINDING: u32 = u32::MAX;
 
     /// A use that the kernel only reads.
     pub fn read<T>(binding: u32, buf: &Buf<T>) -> Self {
@@ -202,6 +206,10 @@ pub struct BufferInfo {
     pub name: &'static str,
     /// Size in bytes, at least 16 so that an empty buffer can be bound.
     pub bytes: u64,
+    /// Number of elements.
+    pub len: u32,
+    /// Size of one element in bytes.
+    pub stride: u64,
     /// Origin of its memory.
     pub kind: BufferKind,
     /// Imported for reading only.
@@ -217,6 +225,19 @@ pub enum GridSpec {
     Indirect(u32),
 }
 
+/// One dispatch of [`Operation::Windows`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WindowSpec {
+    /// First item.
+    pub first: u32,
+    /// Number of items.
+    pub count: u32,
+    /// Push constants.
+    pub params: Vec<u8>,
+    /// Workgroups.
+    pub groups: [u32; 2],
+}
+
 /// What a pass does.
 #[derive(Clone)]
 pub enum Operation {
@@ -230,6 +251,17 @@ pub enum Operation {
         params: Vec<u8>,
         /// Workgroups.
         grid: GridSpec,
+    },
+    /// Runs a kernel once per window of buffers that are too long for one binding.
+    Windows {
+        /// The kernel.
+        kernel: &'static KernelInfo,
+        /// Specialisation constants.
+        constants: Vec<(u32, u32)>,
+        /// Bindings that show the window's elements only.
+        bindings: Vec<u32>,
+        /// The windows, which cover all items once.
+        windows: Vec<WindowSpec>,
     },
     /// Fills a buffer with a word.
     Fill(u32),
@@ -274,6 +306,8 @@ pub struct Graph {
     open_scopes: Vec<u32>,
     readback_count: u32,
     lanes: Lanes,
+    /// Longest window in bytes, where a test wants it short.
+    pub(super) window_bytes: Option<u64>,
 }
 
 impl Graph {
@@ -295,7 +329,7 @@ impl Graph {
 
     fn declare<T>(&mut self, name: &'static str, len: u32, kind: BufferKind, read_only: bool) -> Buf<T> {
         let bytes = (u64::from(len) * size_of::<T>() as u64).max(16);
-        self.buffers.push(BufferInfo { name, bytes, kind, read_only });
+        self.buffers.push(BufferInfo { name, bytes, len, stride: size_of::<T>() as u64, kind, read_only });
         Buf::new(self.buffers.len() as u32 - 1, len)
     }
 
@@ -340,20 +374,22 @@ impl Graph {
     }
 
     /// Runs a kernel over a grid.
+    ///
+    /// # Panics
+    /// If [`Grid::Threads`] meets a kernel whose workgroups are not one-dimensional.
     pub fn dispatch<K: Kernel>(&mut self, kernel: K, grid: Grid<'_>, params: K::Params, bind: K::Bindings<'_>) {
         let info = kernel.info();
         let mut uses = bind.uses();
         let grid = match grid {
-            Grid::Threads(count) => GridSpec::Groups(spread(count.div_ceil(info.local_size[0]))),
+            Grid::Threads(count) => GridSpec::Groups(groups_of(info, count)),
             Grid::Groups(groups) => GridSpec::Groups(groups),
             Grid::Indirect(args) => {
                 uses.push(Use { binding: Use::NO_BINDING, buffer: args.id, access: Access::Read });
                 GridSpec::Indirect(args.id)
             }
         };
-        let mut bytes = bytemuck::bytes_of(&params).to_vec();
-        bytes.truncate(info.push_bytes as usize);
-        let operation = Operation::Dispatch { kernel: info, constants: kernel.constants(), params: bytes, grid };
+        let params = bytemuck::bytes_of(&params).to_vec();
+        let operation = Operation::Dispatch { kernel: info, constants: kernel.constants(), params, grid };
         self.push(info.name, operation, uses);
     }
 
@@ -377,7 +413,8 @@ impl Graph {
         Readback { index, len: buf.len, element: PhantomData }
     }
 
-    /// Declares that the content of a persistent buffer after the run matters: a root of the graph.
+    /// Declares that the content of a buffer after the run matters: a root of the graph. Only persistent memory can be
+    /// looked at after a run; of a transient this keeps the passes (to measure them) but not the content.
     pub fn keep<T: Pod>(&mut self, buf: &Buf<T>) {
         self.kept.push(buf.id);
     }
@@ -391,14 +428,21 @@ impl Graph {
         result
     }
 
-    fn push(&mut self, name: &'static str, operation: Operation, uses: Vec<Use>) {
+    pub(super) fn push(&mut self, name: &'static str, operation: Operation, uses: Vec<Use>) {
         self.passes.push(PassInfo { name, scopes: self.open_scopes.clone(), operation, uses });
     }
 }
 
+/// Groups for `count` invocations of a kernel that addresses itself by `linear_id()`.
+pub(super) fn groups_of(kernel: &KernelInfo, count: u32) -> [u32; 2] {
+    let [x, y, z] = kernel.local_size;
+    assert!(y == 1 && z == 1, "'{}' has workgroups of {x} x {y} x {z}: give it Grid::Groups", kernel.name);
+    spread(count.div_ceil(x))
+}
+
 /// Groups along x and y for a linear count: one row up to the smallest limit that Vulkan guarantees (65,535), then
 /// rows of 32,768, so that the kernel's `linear_id()` stays exact.
-pub(super) fn spread(groups: u32) -> [u32; 2] {
+fn spread(groups: u32) -> [u32; 2] {
     const ROW: u32 = 32_768;
-    if groups <= 65_535 { [groups, 1] } else { [ROW, groups.div_ceil(ROW)] }
+    if groups <= MOST_GROUPS { [groups, 1] } else { [ROW, groups.div_ceil(ROW)] }
 }

@@ -28,8 +28,9 @@ impl Plan {
             }
         }
         for (arena, bytes) in self.arenas.iter().enumerate() {
-            let _ = writeln!(text, "  arena {arena}: {bytes} bytes, {} without aliasing", self.transient_bytes());
+            let _ = writeln!(text, "  arena {arena}: {bytes} bytes");
         }
+        let _ = writeln!(text, "  {} bytes without aliasing", self.transient_bytes());
         text
     }
 
@@ -38,17 +39,17 @@ impl Plan {
         let mut text =
             if scopes.is_empty() { pass.name.into() } else { format!("{}: {}", scopes.join("/"), pass.name) };
         match &pass.operation {
-            Operation::Dispatch { grid: GridSpec::Groups([x, y]), constants, .. } => {
-                let _ = write!(text, " [{x} x {y}]");
-                for (id, bits) in constants {
-                    let _ = write!(text, " #{id}={bits}");
-                }
+            Operation::Dispatch { grid, constants, .. } => {
+                let _ = match grid {
+                    GridSpec::Groups([x, y]) => write!(text, " [{x} x {y}]"),
+                    GridSpec::Indirect(buffer) => write!(text, " [by {}]", self.name(*buffer)),
+                };
+                describe_constants(&mut text, constants);
             }
-            Operation::Dispatch { grid: GridSpec::Indirect(buffer), constants, .. } => {
-                let _ = write!(text, " [by {}]", self.buffers[*buffer as usize].name);
-                for (id, bits) in constants {
-                    let _ = write!(text, " #{id}={bits}");
-                }
+            Operation::Windows { windows, constants, .. } => {
+                let sizes: Vec<_> = windows.iter().map(|window| window.count.to_string()).collect();
+                let _ = write!(text, " [windows of {}]", sizes.join(" + "));
+                describe_constants(&mut text, constants);
             }
             Operation::Fill(word) => {
                 let _ = write!(text, " {word:#x}");
@@ -76,15 +77,19 @@ impl Plan {
         let mut text = String::from("digraph plan {\n  rankdir=LR;\n");
         for (index, info) in self.buffers.iter().enumerate().filter(|(index, _)| self.lifetime[*index].is_some()) {
             let borders = if matches!(info.kind, BufferKind::Transient) { 1 } else { 2 };
-            let _ =
-                writeln!(text, "  b{index} [label=\"{}\\n{} bytes\", peripheries={borders}];", info.name, info.bytes);
+            let _ = writeln!(
+                text,
+                "  b{index} [label=\"{}\\n{} bytes\", peripheries={borders}];",
+                quoted(info.name),
+                info.bytes
+            );
         }
         for (index, pass) in self.passes.iter().enumerate() {
             let phase = self.phase[index];
             let _ = writeln!(
                 text,
                 "  subgraph cluster_{phase} {{ label=\"phase {phase}\"; p{index} [shape=box, label=\"{}\"]; }}",
-                pass.name
+                quoted(pass.name)
             );
             for usage in &pass.uses {
                 let _ = match usage.access {
@@ -96,4 +101,15 @@ impl Plan {
         text.push_str("}\n");
         text
     }
+}
+
+fn describe_constants(text: &mut String, constants: &[(u32, u32)]) {
+    for (id, bits) in constants {
+        let _ = write!(text, " #{id}={bits}");
+    }
+}
+
+/// `name` for the inside of a quoted DOT string.
+fn quoted(name: &str) -> String {
+    name.replace('\\', "\\\\").replace('"', "\\\"")
 }

@@ -6,28 +6,18 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::declare::{BufferKind, GridSpec, Input, Operation, PassInfo, Persistent, Readback, Use};
+use super::declare::{
+    BufferKind, GridSpec, Input, KernelInfo, Operation, PassInfo, Persistent, Readback, Use, WindowSpec,
+};
 use super::plan::Plan;
+use super::trace::Timing;
 use crate::error::{Error, Result};
-use crate::vk::{Buffer, BufferSlice, Commands, Device, PipelineDesc, Place, Recorder};
+use crate::vk::{Buffer, BufferSlice, Commands, Device, Pipeline, PipelineDesc, Place, Recorder};
 
 /// Makes persistent memory and executables on one device.
 #[derive(Clone)]
 pub struct Runtime {
     device: Arc<Device>,
-}
-
-/// Time of one scope of the last run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Timing {
-    /// Scope name.
-    pub name: String,
-    /// Nesting depth, 0 outermost.
-    pub depth: u32,
-    /// Start [ns] on the device's clock.
-    pub start_ns: u64,
-    /// End [ns].
-    pub end_ns: u64,
 }
 
 /// A plan recorded for one device; runs any number of times.
@@ -112,16 +102,24 @@ impl Runtime {
     }
 
     /// Allocates the plan's memory and records its commands.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if a buffer is longer than this device can bind (found before anything is allocated) or
+    /// memory runs out; errors of the device.
     pub fn prepare(&self, plan: &Plan) -> Result<Executable> {
+        check_ranges(plan, self.device.info().limits.storage_range)?;
         let memory = Memory::new(&self.device, plan)?;
+        self.warm_up(plan, &memory)?;
         let mut recorder = self.device.recorder("plan")?;
         memory.record_inputs(&mut recorder);
         let mut open: Vec<u32> = Vec::new();
         for (index, pass) in plan.passes.iter().enumerate() {
             let phase = plan.phase[index];
-            let boundary = index == 0 || plan.phase[index - 1] != phase;
-            if boundary && !plan.sabotaged.contains(&phase) {
-                recorder.barrier();
+            if index == 0 || plan.phase[index - 1] != phase {
+                memory.record_poison(&mut recorder, plan, phase);
+                if !plan.sabotaged.contains(&phase) {
+                    recorder.barrier();
+                }
             }
             change_scopes(&mut recorder, plan, &mut open, &pass.scopes);
             self.record(&mut recorder, plan, &memory, pass)?;
@@ -135,29 +133,35 @@ impl Runtime {
         let slice = |usage: &Use| memory.slice(plan, usage.buffer);
         match &pass.operation {
             Operation::Dispatch { kernel, constants, params, grid } => {
-                let pipeline = self.device.pipeline(&PipelineDesc {
-                    name: kernel.name,
-                    spirv: bytemuck::cast_slice(kernel.spirv.0),
-                    bindings: kernel.bindings,
-                    push_bytes: kernel.push_bytes,
-                    constants,
-                })?;
-                let bound = pass.uses.iter().filter(|u| u.binding != u32::MAX);
+                let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING);
                 let slices: Vec<_> = bound.map(|u| (u.binding, slice(u))).collect();
-                recorder.bind(&pipeline, &slices, params)?;
+                recorder.bind(&self.pipeline(kernel, constants)?, &slices, params)?;
                 match grid {
-                    GridSpec::Groups([0, _] | [_, 0]) => {}
-                    GridSpec::Groups([x, y]) => recorder.dispatch([*x, *y, 1]),
+                    GridSpec::Groups(groups) => dispatch(recorder, *groups),
                     GridSpec::Indirect(buffer) => {
                         let args = memory.slice(plan, *buffer);
                         recorder.dispatch_indirect(args.buffer, args.offset);
                     }
                 }
             }
-            Operation::Fill(word) => {
-                let to = slice(&pass.uses[0]);
-                recorder.fill(to.buffer, to.offset, to.bytes.next_multiple_of(4), *word);
+            Operation::Windows { kernel, constants, bindings, windows } => {
+                let pipeline = self.pipeline(kernel, constants)?;
+                for window in windows {
+                    let slices: Vec<_> = pass
+                        .uses
+                        .iter()
+                        .map(|u| {
+                            (
+                                u.binding,
+                                if bindings.contains(&u.binding) { part(plan, slice(u), u, window) } else { slice(u) },
+                            )
+                        })
+                        .collect();
+                    recorder.bind(&pipeline, &slices, &window.params)?;
+                    dispatch(recorder, window.groups);
+                }
             }
+            Operation::Fill(word) => fill(recorder, slice(&pass.uses[0]), *word),
             Operation::Copy(bytes) => {
                 let (from, to) = (slice(&pass.uses[0]), slice(&pass.uses[1]));
                 recorder.copy(from.buffer, from.offset, to.buffer, to.offset, *bytes);
@@ -169,6 +173,79 @@ impl Runtime {
         }
         Ok(())
     }
+
+    /// Has the driver compile every kernel now: software drivers do so at the first dispatch, even an empty one, and
+    /// that time would otherwise be the first run's.
+    fn warm_up(&self, plan: &Plan, memory: &Memory) -> Result<()> {
+        let mut recorder = self.device.recorder("warm-up")?;
+        let mut seen: Vec<*const Pipeline> = Vec::new();
+        for pass in &plan.passes {
+            let Operation::Dispatch { kernel, constants, params, .. } = &pass.operation else { continue };
+            let pipeline = self.pipeline(kernel, constants)?;
+            if seen.contains(&Arc::as_ptr(&pipeline)) {
+                continue;
+            }
+            seen.push(Arc::as_ptr(&pipeline));
+            let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING);
+            let slices: Vec<_> = bound.map(|u| (u.binding, memory.slice(plan, u.buffer))).collect();
+            recorder.bind(&pipeline, &slices, params)?;
+            recorder.dispatch([0, 1, 1]);
+        }
+        recorder.finish()?.submit()?.wait()
+    }
+
+    fn pipeline(&self, kernel: &KernelInfo, constants: &[(u32, u32)]) -> Result<Arc<Pipeline>> {
+        self.device.pipeline(&PipelineDesc {
+            name: kernel.name,
+            spirv: bytemuck::cast_slice(kernel.spirv.0),
+            bindings: kernel.bindings,
+            push_bytes: kernel.push_bytes,
+            constants,
+        })
+    }
+}
+
+/// Refuses a plan whose kernels need more of a buffer at once than one binding can show.
+fn check_ranges(plan: &Plan, longest: u64) -> Result<()> {
+    for pass in &plan.passes {
+        let (kernel, windowed) = match &pass.operation {
+            Operation::Dispatch { kernel, .. } => (kernel, [].as_slice()),
+            Operation::Windows { kernel, bindings, .. } => (kernel, bindings.as_slice()),
+            _ => continue,
+        };
+        for usage in pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING && !windowed.contains(&u.binding)) {
+            let info = &plan.buffers[usage.buffer as usize];
+            if info.bytes > longest {
+                return Err(Error::OutOfMemory {
+                    object: format!("{} in {}", info.name, kernel.name),
+                    bytes: info.bytes,
+                    advice: format!(
+                        "a kernel sees at most {longest} bytes of a buffer on this device; lower --photons or --size, \
+                         simplify the scene, or choose another --device"
+                    ),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What a kernel sees of a buffer in one window.
+fn part<'a>(plan: &Plan, whole: BufferSlice<'a>, usage: &Use, window: &WindowSpec) -> BufferSlice<'a> {
+    let stride = plan.buffers[usage.buffer as usize].stride;
+    let (offset, bytes) = (whole.offset + u64::from(window.first) * stride, u64::from(window.count) * stride);
+    BufferSlice { buffer: whole.buffer, offset, bytes }
+}
+
+fn dispatch(recorder: &mut Recorder, [x, y]: [u32; 2]) {
+    if x > 0 && y > 0 {
+        recorder.dispatch([x, y, 1]);
+    }
+}
+
+/// Fills in whole words; every buffer of a graph ends on one.
+fn fill(recorder: &mut Recorder, to: BufferSlice<'_>, word: u32) {
+    recorder.fill(to.buffer, to.offset, to.bytes.next_multiple_of(4), word);
 }
 
 /// Closes and opens scopes until exactly `wanted` are open.
@@ -190,8 +267,7 @@ fn device_buffer(store: &Arc<dyn Any + Send + Sync>) -> &Buffer {
 
 impl Memory {
     fn new(device: &Arc<Device>, plan: &Plan) -> Result<Self> {
-        let arenas =
-            plan.arenas.iter().map(|&bytes| device.buffer("arena", bytes, Place::Device)).collect::<Result<_>>()?;
+        let arenas = (0..plan.arenas.len()).map(|arena| make_arena(device, plan, arena)).collect::<Result<_>>()?;
         let mut memory = Self { arenas, inputs: vec![], persistents: vec![], readbacks: vec![] };
         for (info, lifetime) in plan.buffers.iter().zip(&plan.lifetime) {
             let (mut input, mut persistent) = (None, None);
@@ -223,6 +299,17 @@ impl Memory {
         }
     }
 
+    /// Fills the transients whose life begins in `phase`, if the plan is poisoned.
+    fn record_poison(&self, recorder: &mut Recorder, plan: &Plan, phase: u32) {
+        let Some(word) = plan.poison else { return };
+        recorder.barrier();
+        for (buffer, lifetime) in plan.lifetime.iter().enumerate() {
+            if plan.placement[buffer].is_some() && lifetime.is_some_and(|(first, _)| first == phase) {
+                fill(recorder, self.slice(plan, buffer as u32), word);
+            }
+        }
+    }
+
     fn slice(&self, plan: &Plan, buffer: u32) -> BufferSlice<'_> {
         let index = buffer as usize;
         let bytes = plan.buffers[index].bytes;
@@ -236,6 +323,21 @@ impl Memory {
         };
         BufferSlice { buffer, offset: 0, bytes }
     }
+}
+
+/// Memory of one arena; where it does not fit, the largest transient in it is what the user may be able to reduce.
+fn make_arena(device: &Arc<Device>, plan: &Plan, arena: usize) -> Result<Buffer> {
+    device.buffer("arena", plan.arenas[arena], Place::Device).map_err(|error| {
+        let inside = plan.buffers.iter().zip(&plan.placement);
+        let inside = inside.filter(|(_, place)| place.is_some_and(|place| place.arena as usize == arena));
+        let largest = inside.max_by_key(|(info, _)| info.bytes).map_or("none", |(info, _)| info.name);
+        match error {
+            Error::OutOfMemory { bytes, advice, .. } => {
+                Error::OutOfMemory { object: format!("transient memory, mostly {largest}"), bytes, advice }
+            }
+            other => other,
+        }
+    })
 }
 
 impl Executable {

@@ -11,11 +11,13 @@ mod dump;
 mod execute;
 mod plan;
 mod trace;
+mod windows;
 
 pub use declare::{
     Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
-    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use,
+    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use, WindowSpec,
 };
-pub use execute::{Executable, Runtime, Timing};
+pub use execute::{Executable, Runtime};
 pub use plan::{Placement, Plan, PlanError};
-pub use trace::chrome_trace;
+pub use trace::{Timing, chrome_trace};
+pub use windows::{Window, Windows};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::declare::{Access, BufferInfo, BufferKind, Graph, Operation, PassInfo};
+use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, MOST_GROUPS, Operation, PassInfo};
 
 /// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
 const ALIGNMENT: u64 = 256;
@@ -27,6 +27,21 @@ pub enum PlanError {
         /// The buffer.
         buffer: &'static str,
     },
+    /// An indirect dispatch takes its group counts from a buffer that holds none when it runs.
+    UnknownArguments {
+        /// The dispatch.
+        pass: &'static str,
+        /// The buffer.
+        buffer: &'static str,
+    },
+    /// A dispatch has more workgroups along an axis than every device allows (65,535), or more invocations than a `u32`
+    /// can number.
+    Grid {
+        /// The dispatch.
+        pass: &'static str,
+        /// Its workgroups.
+        groups: [u32; 2],
+    },
     /// A pass uses one buffer twice, at least once for writing.
     Aliased {
         /// The pass.
@@ -41,6 +56,12 @@ impl fmt::Display for PlanError {
         match self {
             Self::ReadBeforeWrite { pass, buffer } => write!(f, "pass '{pass}' reads '{buffer}' before it is written"),
             Self::WriteToReadOnly { pass, buffer } => write!(f, "pass '{pass}' writes '{buffer}', imported read-only"),
+            Self::UnknownArguments { pass, buffer } => {
+                write!(f, "pass '{pass}' takes its group counts from '{buffer}', which no earlier pass has written")
+            }
+            Self::Grid { pass, groups: [x, y] } => {
+                write!(f, "pass '{pass}' on {x} x {y} workgroups: too many along one axis, or beyond 2^32 invocations")
+            }
             Self::Aliased { pass, buffer } => write!(f, "pass '{pass}' uses '{buffer}' twice, once for writing"),
         }
     }
@@ -77,6 +98,8 @@ pub struct Plan {
     pub scope_names: Vec<&'static str>,
     /// Phases whose leading barrier is left out on purpose: only to prove that the barrier is needed.
     pub(super) sabotaged: Vec<u32>,
+    /// What transients hold before their first pass, if that is set.
+    pub(super) poison: Option<u32>,
 }
 
 impl Graph {
@@ -101,12 +124,14 @@ impl Graph {
             arenas,
             scope_names: self.scope_names,
             sabotaged: Vec::new(),
+            poison: None,
         })
     }
 
     fn check(&self) -> Result<(), PlanError> {
         let mut written: Vec<bool> = self.buffers.iter().map(|b| !matches!(b.kind, BufferKind::Transient)).collect();
         for pass in &self.passes {
+            self.check_grid(pass, &written)?;
             for (i, usage) in pass.uses.iter().enumerate() {
                 let info = &self.buffers[usage.buffer as usize];
                 let (name, buffer) = (pass.name, info.name);
@@ -123,6 +148,26 @@ impl Graph {
             }
             for usage in pass.uses.iter().filter(|u| u.access == Access::Write) {
                 written[usage.buffer as usize] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Windows need no check: they are made of whole grids of at most 2^31 items.
+    fn check_grid(&self, pass: &PassInfo, written: &[bool]) -> Result<(), PlanError> {
+        let Operation::Dispatch { grid, kernel, .. } = &pass.operation else { return Ok(()) };
+        match *grid {
+            GridSpec::Groups(groups) => {
+                let invocations = groups.iter().chain(&kernel.local_size).map(|&n| u128::from(n)).product::<u128>();
+                if groups.iter().any(|&count| count > MOST_GROUPS) || invocations > 1 << 32 {
+                    return Err(PlanError::Grid { pass: pass.name, groups });
+                }
+            }
+            GridSpec::Indirect(buffer) => {
+                let info = &self.buffers[buffer as usize];
+                if info.len == 0 || !written[buffer as usize] {
+                    return Err(PlanError::UnknownArguments { pass: pass.name, buffer: info.name });
+                }
             }
         }
         Ok(())
@@ -161,6 +206,12 @@ impl Plan {
     pub fn transient_bytes(&self) -> u64 {
         let used = self.buffers.iter().zip(&self.placement).filter(|(_, place)| place.is_some());
         used.map(|(info, _)| info.bytes.next_multiple_of(ALIGNMENT)).sum()
+    }
+
+    /// Fills every transient with `word` when its life begins. A result that depends on the word was computed from
+    /// memory that no pass wrote; a result that is wrong then, from memory given to two transients at once.
+    pub fn poison(&mut self, word: u32) {
+        self.poison = Some(word);
     }
 
     /// Leaves out the barrier before `phase`. Exists to prove, in tests, that a missing barrier is noticed.

@@ -88,7 +88,7 @@ pub(super) fn plan(
     budget: &PhotonBudget,
     state: &FilmState,
 ) -> (Plan, Input<Pass>, Reports) {
-    let mut g = Graph::new();
+    let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let slots = slots_per_pixel(device);
     let mut deposits = None;

@@ -5,11 +5,12 @@ use super::lights::LightTable;
 use super::settings::Settings;
 use super::shading::{Textures, vertex_data};
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Persistent, Runtime};
+use crate::graph::{Graph, Lanes, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::{BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::{Needs, Projection, Scene};
+use crate::vk::DeviceKind;
 
 /// A scene in device memory.
 pub struct DeviceScene {
@@ -36,6 +37,8 @@ pub struct DeviceScene {
     pub skipped_triangles: u32,
     /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
     pub(super) fences: bool,
+    /// What kind of device it is.
+    pub(super) lanes: Lanes,
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -91,6 +94,7 @@ impl DeviceScene {
             triangle_count: triangles.len() as u32,
             skipped_triangles: bvh.skipped,
             fences: runtime.device().loop_limit().is_none(),
+            lanes: if runtime.device().info().kind == DeviceKind::Software { Lanes::Cpu } else { Lanes::Gpu },
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();

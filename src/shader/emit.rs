@@ -1,7 +1,7 @@
 //! Descriptions to Rust: structs with offset assertions, and for every kernel its parameters, bindings and constants.
 
 use super::{Kernel, Struct, Type};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// The one struct that the graph itself has to know: group counts of an indirect dispatch, laid out by Vulkan.
@@ -10,7 +10,11 @@ const INDIRECT: &str = "DispatchArgs";
 /// The text of the generated file. Two kernels that use a struct of one name must agree on its layout.
 pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
     let mut structs = BTreeMap::new();
+    let mut names = BTreeSet::new();
     for kernel in kernels {
+        if !names.insert(kernel.name.as_str()) {
+            return Err(format!("two kernels are named {}: a file name must be unique in all folders", kernel.name));
+        }
         for binding in &kernel.bindings {
             collect(&binding.element, &kernel.name, &mut structs)?;
         }
@@ -19,8 +23,12 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
         }
     }
     let mut text = String::new();
-    for (definition, _) in structs.values().filter(|(definition, _)| definition.name != INDIRECT) {
-        write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
+    for (definition, _) in structs.values() {
+        if definition.name == INDIRECT {
+            write_offsets(&mut text, &format!("crate::graph::{INDIRECT}"), definition);
+        } else {
+            write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
+        }
     }
     for kernel in kernels {
         write_kernel(&mut text, kernel);
@@ -68,17 +76,35 @@ fn write_struct(text: &mut String, name: &str, definition: &Struct, doc: &str) {
          pub struct {name} {{\n"
     );
     for member in &definition.members {
-        let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub {}: {},", member.name, rust_type(&member.ty));
+        let _ =
+            writeln!(text, "    #[allow(missing_docs)]\n    pub {}: {},", ident(&member.name), rust_type(&member.ty));
     }
     text.push_str("}\n");
+    write_offsets(text, name, definition);
+}
+
+/// Assertions that Rust lays `name` out as the kernels do.
+fn write_offsets(text: &mut String, name: &str, definition: &Struct) {
     for member in &definition.members {
         let _ = writeln!(
             text,
             "const _: () = assert!(std::mem::offset_of!({name}, {}) == {});",
-            member.name, member.offset
+            ident(&member.name),
+            member.offset
         );
     }
-    text.push('\n');
+    let (size, _) = Type::Struct(definition.clone()).layout();
+    let _ = writeln!(text, "const _: () = assert!(size_of::<{name}>() == {size});\n");
+}
+
+/// A GLSL name as a Rust identifier.
+fn ident(name: &str) -> String {
+    const RESERVED: &[&str] = &[
+        "abstract", "as", "async", "await", "become", "box", "dyn", "enum", "extern", "final", "fn", "impl", "let",
+        "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "static", "trait", "try",
+        "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "yield",
+    ];
+    if RESERVED.contains(&name) { format!("r#{name}") } else { name.to_owned() }
 }
 
 /// `scan_reduce` to `ScanReduce`.
@@ -120,7 +146,7 @@ fn write_kernel(text: &mut String, kernel: &Kernel) {
 }
 
 fn bits_of(ty: &str, name: &str) -> String {
-    let field = name.to_ascii_lowercase();
+    let field = ident(&name.to_ascii_lowercase());
     match ty {
         "f32" => format!("self.{field}.to_bits()"),
         _ => format!("self.{field} as u32"),
@@ -150,7 +176,7 @@ fn write_constants(text: &mut String, kernel: &Kernel, name: &str) {
     }
     let _ = writeln!(text, "pub struct {name} {{");
     for constant in &kernel.constants {
-        let field = constant.name.to_ascii_lowercase();
+        let field = ident(&constant.name.to_ascii_lowercase());
         let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub {field}: {},", constant.ty);
     }
     let _ = writeln!(text, "}}\nimpl Default for {name} {{\n    fn default() -> Self {{\n        Self {{");
@@ -161,7 +187,7 @@ fn write_constants(text: &mut String, kernel: &Kernel, name: &str) {
             "i32" => (constant.default_bits as i32).to_string(),
             _ => constant.default_bits.to_string(),
         };
-        let _ = writeln!(text, "            {}: {value},", constant.name.to_ascii_lowercase());
+        let _ = writeln!(text, "            {}: {value},", ident(&constant.name.to_ascii_lowercase()));
     }
     text.push_str("        }\n    }\n}\n");
 }
@@ -174,7 +200,7 @@ fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
         let _ = writeln!(
             text,
             "    #[allow(missing_docs)]\n    pub {}: &'a {exclusive}crate::graph::Buf<{}>,",
-            b.name,
+            ident(&b.name),
             rust_type(&b.element)
         );
     }
@@ -187,7 +213,16 @@ fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
     );
     for b in &kernel.bindings {
         let call = if b.read_only { "read" } else { "write" };
-        let _ = writeln!(text, "            crate::graph::Use::{call}({}, self.{}),", b.index, b.name);
+        let _ = writeln!(text, "            crate::graph::Use::{call}({}, self.{}),", b.index, ident(&b.name));
     }
     text.push_str("        ]\n    }\n}\n");
+    if kernel.bindings.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "impl {name}Bindings<'_> {{");
+    for b in &kernel.bindings {
+        let constant = b.name.to_ascii_uppercase();
+        let _ = writeln!(text, "    /// Binding number of `{}`.\n    pub const {constant}: u32 = {};", b.name, b.index);
+    }
+    text.push_str("}\n");
 }

@@ -28,6 +28,29 @@ pub struct Struct {
     pub members: Vec<Member>,
 }
 
+impl Type {
+    /// Size and alignment in bytes, by the rules that scalar block layout and `repr(C)` share.
+    pub fn layout(&self) -> (u32, u32) {
+        match self {
+            Self::Scalar("u64") => (8, 8),
+            Self::Scalar(_) => (4, 4),
+            Self::Array(element, count) => {
+                let (size, align) = element.layout();
+                (size * count, align)
+            }
+            Self::Struct(definition) => {
+                let (mut size, mut widest) = (0u32, 1);
+                for member in &definition.members {
+                    let (bytes, align) = member.ty.layout();
+                    size = size.next_multiple_of(align) + bytes;
+                    widest = widest.max(align);
+                }
+                (size.next_multiple_of(widest), widest)
+            }
+        }
+    }
+}
+
 /// One member of a [`Struct`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Member {

@@ -11,7 +11,8 @@ pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
     let fail = |what: String| format!("{}: {what}", file.display());
     let entry_points = ReflectConfig::new().spv(without_logic(words)).reflect().map_err(|e| fail(e.to_string()))?;
     let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
-    let mut kernel = Kernel { name, local_size: local_size(words), params: None, bindings: vec![], constants: vec![] };
+    let local_size = local_size(words).map_err(&fail)?;
+    let mut kernel = Kernel { name, local_size, params: None, bindings: vec![], constants: vec![] };
     for var in &entry.vars {
         match var {
             Variable::Descriptor { desc_bind, ty, .. } => {
@@ -37,6 +38,9 @@ pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
     kernel.bindings.dedup();
     kernel.constants.sort_by_key(|c| c.id);
     kernel.constants.dedup();
+    if let Some(pair) = kernel.bindings.windows(2).find(|pair| pair[0].index == pair[1].index) {
+        return Err(fail(format!("binding {} is both {} and {}", pair[0].index, pair[0].name, pair[1].name)));
+    }
     Ok(kernel)
 }
 
@@ -75,14 +79,28 @@ fn without_logic(words: &[u32]) -> Vec<u32> {
     plain
 }
 
-fn local_size(words: &[u32]) -> [u32; 3] {
+/// The workgroup size, which has to be a literal: the graph computes grids from it.
+fn local_size(words: &[u32]) -> Result<[u32; 3], String> {
     const OP_EXECUTION_MODE: u32 = 16;
     const LOCAL_SIZE: u32 = 17;
+    const OP_SPEC_CONSTANT_COMPOSITE: u32 = 51;
+    const OP_DECORATE: u32 = 71;
+    const BUILT_IN: u32 = 11;
+    const WORKGROUP_SIZE: u32 = 25;
+    let specialised = |id: u32| {
+        instructions(words).any(|(op, operands)| op == OP_SPEC_CONSTANT_COMPOSITE && operands.get(1) == Some(&id))
+    };
+    if instructions(words).any(|(op, operands)| match operands {
+        [id, BUILT_IN, WORKGROUP_SIZE] if op == OP_DECORATE => specialised(*id),
+        _ => false,
+    }) {
+        return Err("the workgroup size is a specialisation constant".into());
+    }
     let size = instructions(words).find_map(|(op, operands)| match operands {
         [_, LOCAL_SIZE, x, y, z] if op == OP_EXECUTION_MODE => Some([*x, *y, *z]),
         _ => None,
     });
-    size.unwrap_or([1; 3])
+    size.ok_or_else(|| "the workgroup size is not stated".into())
 }
 
 fn binding(index: u32, ty: &spirq::ty::Type) -> Result<Binding, String> {
@@ -95,7 +113,7 @@ fn binding(index: u32, ty: &spirq::ty::Type) -> Result<Binding, String> {
     if array.nelement.is_some() {
         return Err(format!("{name}: the array has a fixed length"));
     }
-    let element = convert(&array.element_ty)?;
+    let element = element(array.stride, &array.element_ty, &name)?;
     Ok(Binding { index, name, element, read_only: member.access_ty == AccessType::ReadOnly })
 }
 
@@ -117,10 +135,22 @@ fn convert(ty: &spirq::ty::Type) -> Result<Type, String> {
         S::Vector(v) => Ok(Type::Array(Box::new(Type::Scalar(scalar_name(&v.scalar_ty)?)), v.nscalar)),
         S::Array(a) => {
             let count = a.nelement.ok_or("a runtime array inside of a struct")?;
-            Ok(Type::Array(Box::new(convert(&a.element_ty)?), count))
+            Ok(Type::Array(Box::new(element(a.stride, &a.element_ty, "a member")?), count))
         }
         S::Struct(s) => Ok(Type::Struct(structure(s)?)),
         other => Err(format!("type {other} cannot be shared with the host")),
+    }
+}
+
+/// An array's element, whose stride has to be that of Rust: std430 for one puts 16 bytes between `vec3`s.
+fn element(stride: Option<usize>, ty: &spirq::ty::Type, array: &str) -> Result<Type, String> {
+    let element = convert(ty)?;
+    let (size, _) = element.layout();
+    match stride {
+        Some(stride) if stride != size as usize => {
+            Err(format!("{array}: elements of {size} bytes lie {stride} bytes apart; the block needs layout(scalar)"))
+        }
+        _ => Ok(element),
     }
 }
 
