@@ -6,5 +6,6 @@ pub mod error;
 pub mod film;
 pub mod graph;
 pub mod kernels;
+pub mod render;
 pub mod scene;
 pub mod vk;

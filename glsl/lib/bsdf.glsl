@@ -24,7 +24,8 @@ struct Surface {
     vec3 emission;
     vec3 absorption;
     float opacity;    // 0 where an alpha mask cuts the surface away
-    vec3 error;       // bound of the position's rounding error, per coordinate
+    vec3 e1;          // edges of the triangle
+    vec3 e2;
 };
 
 vec3 fresnel_schlick(vec3 f0, float f90, float cosine) {

@@ -32,14 +32,15 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
     if (AREA_LIGHTS && l.kind == LIGHT_TRIANGLE) {
         BvhTriangle corners = triangles[l.triangle];
         vec2 b = uniform_triangle(u);
-        vec3 p = corners.v0.xyz * (1.0 - b.x - b.y) + corners.v1.xyz * b.x + corners.v2.xyz * b.y;
-        vec3 normal = triangle_normal(corners.v1.xyz - corners.v0.xyz, corners.v2.xyz - corners.v0.xyz);
+        vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+        vec3 p = triangle_point(corners.v0.xyz, e1, e2, b);
+        vec3 normal = triangle_normal(e1, e2);
         vec3 offset = p - position;
         float distance = length(offset);
         s.to_light = offset / distance;
         float cosine = -dot(normal, s.to_light);
         // On the light's own error bound towards the receiver, so that the shadow ray ends before the light.
-        s.target = spawn_origin(p, position_error(corners.v0.xyz, corners.v1.xyz, corners.v2.xyz), normal, normal);
+        s.target = offset_point(p, e1, e2, -s.to_light);
         s.weight = cosine > 0.0 ? emission_at(l.triangle, b) * (cosine * (l.area / distance) / (distance * l.probability)) : vec3(0.0);
         s.delta = false;
     } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {

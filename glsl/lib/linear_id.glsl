@@ -4,6 +4,5 @@ uint linear_group() {
     return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-uint linear_id() {
-    return linear_group() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-}
+// A macro, because gl_WorkGroupSize in a function before `layout(local_size_x = ...) in;` silently compiles to 1.
+#define linear_id() (linear_group() * gl_WorkGroupSize.x + gl_LocalInvocationID.x)

@@ -1,6 +1,10 @@
 // One tile of a segmented exclusive sum. In modular arithmetic a segment's sum is the difference of two plain prefix
 // sums, so the scan of (flag, value) pairs is a sum scan and a maximum scan (which finds the last head).
-#include "lib/scan.glsl"
+#include "lib/chunk.glsl"
+#include "lib/subgroup.glsl"
+
+const uint ITEMS = 8u;
+const uint TILE = 256u * ITEMS;
 
 shared uint s_at_head[gl_WorkGroupSize.x]; // plain prefix at the last head of an invocation's items
 

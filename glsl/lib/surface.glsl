@@ -4,8 +4,6 @@
 
 // What differentials need beyond the Surface.
 struct Facet {
-    vec3 e1;
-    vec3 e2;
     vec3 normal;   // interpolated, not normalised, towards the incoming ray
     vec3 dn1;
     vec3 dn2;
@@ -111,12 +109,11 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     vec4 w0 = corners.v0, w1 = corners.v1, w2 = corners.v2;
     vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
     Surface s;
-    s.position = b.x * w0.xyz + b.y * w1.xyz + b.z * w2.xyz;
-    s.error = position_error(w0.xyz, w1.xyz, w2.xyz);
+    s.e1 = w1.xyz - w0.xyz;
+    s.e2 = w2.xyz - w0.xyz;
+    s.position = triangle_point(w0.xyz, s.e1, s.e2, hit.barycentrics);
     s.material = floatBitsToUint(w2.w);
-    facet.e1 = w1.xyz - w0.xyz;
-    facet.e2 = w2.xyz - w0.xyz;
-    vec3 normal = triangle_normal(facet.e1, facet.e2);
+    vec3 normal = triangle_normal(s.e1, s.e2);
     s.front = dot(normal, direction) < 0.0;
     float side = s.front ? 1.0 : -1.0;
     s.geometric = side * normal;

@@ -10,9 +10,12 @@
 // Marks the bottom of the stack: a leaf reference that no builder makes.
 const uint TRACE_DONE = 0xffffffffu;
 
-// Node and triangle steps of one ray. Software drivers cut loops at 65,535 iterations without a word; a bound of
-// our own is one that the host can know.
-const uint TRACE_MAX_STEPS = 60000u;
+// More steps than any tree of BVH_MAX_DEPTH needs for a sane scene: a damaged tree must not hang the device.
+const uint TRACE_MAX_STEPS = 1u << 22;
+
+// Set when a traversal ended before its time: by the bound above, or because a software driver cut the loop (some do
+// after 65,535 iterations, without a word). Kernels may count it.
+bool trace_cut = false;
 
 uint trace_stack[BVH_MAX_DEPTH + 2u];
 float trace_stack_t[BVH_MAX_DEPTH + 2u];
@@ -49,11 +52,12 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
     uint hit_id = BVH_MISS;
     uint top = 1u;
     trace_stack[0] = TRACE_DONE;
-    trace_stack_t[0] = -1.0;
+    trace_stack_t[0] = uintBitsToFloat(0xff800000u); // -inf: never behind any t_max
     uint steps = 0u;
+    // Two inner loops rather than one branch: software drivers execute both sides of a branch, but leave a loop early.
     while (current != TRACE_DONE && steps < TRACE_MAX_STEPS) {
-        steps++;
-        if ((current & BVH_LEAF) == 0u) {
+        while ((current & BVH_LEAF) == 0u && steps < TRACE_MAX_STEPS) {
+            steps++;
             BvhNode node = nodes[current];
             float leave0, leave1;
             float enter0 = max(box_enter(ray, node.min0.xyz, node.max0.xyz, leave0), 0.0);
@@ -70,7 +74,9 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
             }
             current = swap ? child1 : child0;
             if (!hit0 && !hit1) current = trace_pop(top, hit.t);
-        } else {
+        }
+        while (current != TRACE_DONE && (current & BVH_LEAF) != 0u && steps < TRACE_MAX_STEPS) {
+            steps++;
             uint index = current & BVH_FIRST_MASK;
             BvhTriangle triangle = triangles[index];
             uint id = floatBitsToUint(triangle.v0.w);
@@ -89,6 +95,7 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
             if (any && hit.triangle != BVH_MISS) current = TRACE_DONE;
         }
     }
+    trace_cut = trace_cut || current != TRACE_DONE;
     return hit;
 }
 

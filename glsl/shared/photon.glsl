@@ -1,8 +1,7 @@
 // Stored photons, eye hits, path states. Words are integers that carry float bits, not the other way round: integer loads and
 // stores never quiet a NaN pattern or flush a denormal one.
 
-const uint CLASS_GLOBAL = 0u;  // at least one diffuse or rough glossy bounce
-const uint CLASS_CAUSTIC = 1u; // only specular (or nearly specular) bounces since the light
+#include "shared/aabb.glsl"
 
 // State bits of a photon or an eye path.
 const uint PATH_MEDIUM_MASK = 0xffffu; // material index + 1 of the medium around it, 0 outside
@@ -20,11 +19,6 @@ struct Photon {
     uvec4 b;
     uvec4 c;
     uvec4 d;
-};
-
-struct Aabb {
-    vec3 min;
-    vec3 max;
 };
 
 // Eye hit, 64 bytes, one per path slot.

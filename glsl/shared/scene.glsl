@@ -92,6 +92,8 @@ struct Camera {
     uint orthographic;
     vec3 forward;
     uint slots;      // path slots per pixel, for splitting
+    uint first_pixel; // of the band of pixels that these passes work on
+    uint pixels;      // in the band
 };
 
 // What changes from pass to pass; written by the host before each run.

@@ -85,6 +85,14 @@ pub struct LightArgs {
     /// Weight of photons within their footprint
     #[arg(long, value_name = "KERNEL", value_enum, default_value = "epanechnikov")]
     pub kernel: Kernel,
+
+    /// Footprint size of caustic photons, in photon spacings of the first pass
+    #[arg(long, value_name = "S", hide_short_help = true)]
+    pub caustic_smoothing: Option<f32>,
+
+    /// Footprint size of all other photons, in photon spacings of the first pass
+    #[arg(long, value_name = "S", hide_short_help = true)]
+    pub global_smoothing: Option<f32>,
 }
 
 /// The choice of a device.

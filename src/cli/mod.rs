@@ -6,6 +6,7 @@
 pub mod bench;
 pub mod compare;
 pub mod devices;
+mod engine;
 pub mod flags;
 pub mod info;
 pub mod interrupt;

@@ -8,7 +8,7 @@ use clap::Args;
 use super::flags::{DeviceArgs, EffortArgs, LightArgs, OutputArgs, ViewArgs};
 use super::progress::{Limit, Progress, Status};
 use super::values::Aov;
-use super::{check_readable, interrupt, print};
+use super::{check_readable, engine, interrupt, print};
 use crate::error::{Error, Result};
 use crate::film::exr::RenderInfo;
 use crate::film::image::Picture;
@@ -123,7 +123,7 @@ struct Files {
 /// [`Error::Io`] and [`Error::Usage`] before the render if a file cannot be read or written, those of the renderer, and
 /// [`Error::Interrupted`] after Ctrl-C, when everything finished has been written.
 pub fn run(args: &RenderArgs) -> Result<()> {
-    run_with(args, interrupt::install()?, |_, _| Err(Error::Usage("this build has no renderer yet".into())))
+    run_with(args, interrupt::install()?, engine::render)
 }
 
 /// Does everything but the rendering itself. `stop` is set by Ctrl-C.

@@ -129,6 +129,19 @@ pub enum Aov {
 }
 
 impl Aov {
+    /// Name of the layer in the EXR.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::Depth => "depth",
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+            Self::Caustic => "caustic",
+            Self::All => "all",
+        }
+    }
+
     /// The layers asked for: each once, in a fixed order, `all` resolved.
     pub fn resolve(list: &[Self]) -> Vec<Self> {
         let wanted = |aov: &Self| *aov != Self::All && (list.contains(aov) || list.contains(&Self::All));

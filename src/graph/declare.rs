@@ -284,6 +284,16 @@ pub struct PassInfo {
     pub uses: Vec<Use>,
 }
 
+/// What executes invocations: graph functions may choose other kernels and grids for it, with the same results.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Lanes {
+    /// Lanes of a CPU's vector unit: barriers are dear, neighbouring lanes need not read neighbouring words.
+    #[default]
+    Cpu,
+    /// A GPU.
+    Gpu,
+}
+
 /// Passes being declared.
 #[derive(Default)]
 pub struct Graph {
@@ -295,6 +305,7 @@ pub struct Graph {
     pub(super) scope_names: Vec<&'static str>,
     open_scopes: Vec<u32>,
     readback_count: u32,
+    lanes: Lanes,
     /// Longest window in bytes, where a test wants it short.
     pub(super) window_bytes: Option<u64>,
 }
@@ -303,6 +314,17 @@ impl Graph {
     /// An empty graph.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The same graph for another kind of device.
+    pub fn with_lanes(mut self, lanes: Lanes) -> Self {
+        self.lanes = lanes;
+        self
+    }
+
+    /// What the passes are declared for.
+    pub fn lanes(&self) -> Lanes {
+        self.lanes
     }
 
     fn declare<T>(&mut self, name: &'static str, len: u32, kind: BufferKind, read_only: bool) -> Buf<T> {

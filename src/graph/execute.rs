@@ -109,6 +109,7 @@ impl Runtime {
     pub fn prepare(&self, plan: &Plan) -> Result<Executable> {
         check_ranges(plan, self.device.info().limits.storage_range)?;
         let memory = Memory::new(&self.device, plan)?;
+        self.warm_up(plan, &memory)?;
         let mut recorder = self.device.recorder("plan")?;
         memory.record_inputs(&mut recorder);
         let mut open: Vec<u32> = Vec::new();
@@ -171,6 +172,26 @@ impl Runtime {
             }
         }
         Ok(())
+    }
+
+    /// Has the driver compile every kernel now: software drivers do so at the first dispatch, even an empty one, and
+    /// that time would otherwise be the first run's.
+    fn warm_up(&self, plan: &Plan, memory: &Memory) -> Result<()> {
+        let mut recorder = self.device.recorder("warm-up")?;
+        let mut seen: Vec<*const Pipeline> = Vec::new();
+        for pass in &plan.passes {
+            let Operation::Dispatch { kernel, constants, params, .. } = &pass.operation else { continue };
+            let pipeline = self.pipeline(kernel, constants)?;
+            if seen.contains(&Arc::as_ptr(&pipeline)) {
+                continue;
+            }
+            seen.push(Arc::as_ptr(&pipeline));
+            let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING);
+            let slices: Vec<_> = bound.map(|u| (u.binding, memory.slice(plan, u.buffer))).collect();
+            recorder.bind(&pipeline, &slices, params)?;
+            recorder.dispatch([0, 1, 1]);
+        }
+        recorder.finish()?.submit()?.wait()
     }
 
     fn pipeline(&self, kernel: &KernelInfo, constants: &[(u32, u32)]) -> Result<Arc<Pipeline>> {

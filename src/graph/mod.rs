@@ -15,7 +15,7 @@ mod windows;
 
 pub use declare::{
     Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
-    Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use, WindowSpec,
+    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use, WindowSpec,
 };
 pub use execute::{Executable, Runtime};
 pub use plan::{Placement, Plan, PlanError};

@@ -24,8 +24,9 @@ pub const ALPHA_MASKED: u32 = 1;
 
 const BINS: usize = 32;
 const MAX_LEAF: usize = 4;
-/// Cost of visiting a node in units of one triangle test; measured on a software device, where both are loads.
-const NODE_COST: f32 = 1.0;
+/// Cost of visiting a node in units of one triangle test. From 0.5 to 4 the rays per second do not differ measurably on a
+/// software device; 2 has 40 % fewer nodes than 1.
+const NODE_COST: f32 = 2.0;
 /// Ranges larger than this are worth a thread.
 const PARALLEL_MIN: usize = 16_384;
 
@@ -178,7 +179,7 @@ fn build(part: Part<'_>, nodes: &mut Vec<BvhNode>) -> Root {
     let mut bounds = Aabb::EMPTY;
     items.iter().for_each(|item| bounds.merge(&item.bounds));
     let Some(middle) = partition(items, &bounds, budget) else {
-        let reference = LEAF | (items.len() as u32 - 1) * COUNT_ONE | first as u32;
+        let reference = LEAF | ((items.len() as u32 - 1) * COUNT_ONE) | first as u32;
         return Root { reference, bounds, depth: 0 };
     };
     let node = nodes.len();

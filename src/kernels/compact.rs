@@ -3,10 +3,10 @@
 //! A scan of the flags whose last step writes indices instead of sums: four dispatches, 8 bytes per item read and 4 per
 //! survivor written, up to 2^32 - 1 items.
 
-use super::Items;
 use super::generated::{CompactScatter, CompactScatterBindings, CompactScatterParams};
 use super::generated::{DispatchArgs as WriteArgs, DispatchArgsBindings, DispatchArgsParams};
 use super::scan::partial_sums;
+use super::{Items, Tiling};
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
 
 /// What [`indices`] leaves.
@@ -26,10 +26,11 @@ pub fn indices(g: &mut Graph, items: Items<'_>, flags: &Buf<u32>, local: u32) ->
         let mut count = g.buffer("survivor_count", 1);
         let mut survivors = g.buffer("survivors", flags.len());
         let all = items.buffer(g, flags.len());
+        let tiling = Tiling::new(g.lanes(), flags.len());
         let partial = partial_sums(g, &all, flags, true, &mut count);
         g.dispatch(
-            CompactScatter,
-            Grid::Groups([partial.len(), 1]),
+            CompactScatter { items: tiling.items },
+            tiling.grid(),
             CompactScatterParams { capacity: flags.len() },
             CompactScatterBindings { count: &all, flags, partial: &partial, survivors: &mut survivors },
         );

@@ -2,15 +2,22 @@
 
 pub mod bvh_host;
 pub mod compact;
+pub mod eye;
+pub mod film;
+pub mod gather;
 #[allow(clippy::all)]
 pub mod generated;
+pub mod lbvh;
+pub mod lbvh_reference;
+pub mod photon;
 pub mod reduce;
 pub mod scan;
+pub mod scene_data;
 pub mod segmented_scan;
 pub mod sort;
 pub mod trace;
 
-use crate::graph::{Buf, Graph, ReadBuf};
+use crate::graph::{Buf, Graph, Grid, Lanes, ReadBuf};
 
 /// How many items of its buffers an algorithm works on.
 #[derive(Clone, Copy)]
@@ -47,11 +54,28 @@ impl std::ops::Deref for CountBuffer<'_> {
     }
 }
 
-/// Items in a tile of the scans and reductions (glsl/lib/scan.glsl).
-pub(crate) const TILE: u32 = 2048;
+/// How the scans and reductions cut their items (glsl/lib/scan.glsl).
+#[derive(Clone, Copy)]
+pub(crate) struct Tiling {
+    /// Consecutive items of an invocation.
+    pub items: u32,
+    /// Workgroups, each with a share of whole tiles.
+    pub groups: u32,
+}
 
-/// Workgroups that share `capacity` items in whole tiles. More than 1024 would not be faster on any device, and their
-/// partial results then fit one tile, so that no algorithm here needs recursion.
-pub(crate) fn groups_for(capacity: u32) -> u32 {
-    capacity.div_ceil(TILE).clamp(1, 1024)
+impl Tiling {
+    /// Workgroups that share `capacity` items. More than 1024 would not be faster on any device, and their partial results
+    /// then fit one tile, so that no algorithm here needs recursion.
+    pub fn new(lanes: Lanes, capacity: u32) -> Self {
+        let (items, most) = match lanes {
+            Lanes::Cpu => (64, 64),
+            Lanes::Gpu => (8, 1024),
+        };
+        Self { items, groups: capacity.div_ceil(256 * items).clamp(1, most) }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> Grid<'static> {
+        Grid::Groups([self.groups, 1])
+    }
 }

@@ -2,13 +2,13 @@
 //!
 //! Two dispatches of one kernel: each workgroup reduces its share, one workgroup reduces the results; 4 (24 for boxes)
 //! bytes per item, up to 2^32 - 1 items. The order of combination is fixed by count and capacity, so float sums are the
-//! same bits on every run and every device; [`reference_f32`] repeats that order.
+//! same bits on every run and every device of one kind ([`Lanes`]); [`reference_f32`] repeats that order.
 
 use super::generated::{Aabb, ReduceAabb, ReduceAabbBindings, ReduceAabbParams};
 use super::generated::{ReduceF32, ReduceF32Bindings, ReduceF32Params};
 use super::generated::{ReduceU32, ReduceU32Bindings, ReduceU32Params};
-use super::{Items, TILE, groups_for};
-use crate::graph::{Buf, Graph, Grid};
+use super::{Items, Tiling};
+use crate::graph::{Buf, Graph, Grid, Lanes};
 
 /// What [`u32s`] computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,14 +26,16 @@ macro_rules! two_levels {
     ($g:ident, $items:ident, $input:ident, $result:ident, $kernel:expr, $params:ident, $bindings:ident) => {
         $g.scope("reduce", |g| {
             assert!($result.len() >= 1, "the result needs a place");
-            let groups = groups_for($input.len());
+            let tiling = Tiling::new(g.lanes(), $input.len());
             let count = $items.buffer(g, $input.len());
-            let mut partial = g.buffer("reduce_partial", groups);
-            let (params, grid) = ($params { capacity: $input.len() }, Grid::Groups([groups, 1]));
-            g.dispatch($kernel, grid, params, $bindings { count: &count, source: $input, partial: &mut partial });
-            let count = Items::All.buffer(g, groups);
-            let (params, grid) = ($params { capacity: groups }, Grid::Groups([1, 1]));
-            g.dispatch($kernel, grid, params, $bindings { count: &count, source: &partial, partial: $result });
+            let mut partial = g.buffer("reduce_partial", tiling.groups);
+            let params = $params { capacity: $input.len() };
+            let bind = $bindings { count: &count, source: $input, partial: &mut partial };
+            g.dispatch($kernel(tiling.items), tiling.grid(), params, bind);
+            let count = Items::All.buffer(g, tiling.groups);
+            let params = $params { capacity: tiling.groups };
+            let bind = $bindings { count: &count, source: &partial, partial: $result };
+            g.dispatch($kernel(tiling.items), Grid::Groups([1, 1]), params, bind);
         })
     };
 }
@@ -43,7 +45,15 @@ macro_rules! two_levels {
 /// # Panics
 /// If `result` is empty.
 pub fn u32s(g: &mut Graph, items: Items<'_>, op: Op, input: &Buf<u32>, result: &mut Buf<u32>) {
-    two_levels!(g, items, input, result, ReduceU32 { op: op as u32 }, ReduceU32Params, ReduceU32Bindings);
+    two_levels!(
+        g,
+        items,
+        input,
+        result,
+        |items| ReduceU32 { op: op as u32, items },
+        ReduceU32Params,
+        ReduceU32Bindings
+    );
 }
 
 /// `result[0]` becomes the sum of `input`, 0 without items.
@@ -51,7 +61,7 @@ pub fn u32s(g: &mut Graph, items: Items<'_>, op: Op, input: &Buf<u32>, result: &
 /// # Panics
 /// If `result` is empty.
 pub fn sum_f32(g: &mut Graph, items: Items<'_>, input: &Buf<f32>, result: &mut Buf<f32>) {
-    two_levels!(g, items, input, result, ReduceF32, ReduceF32Params, ReduceF32Bindings);
+    two_levels!(g, items, input, result, |items| ReduceF32 { items }, ReduceF32Params, ReduceF32Bindings);
 }
 
 /// `result[0]` becomes the union of the valid boxes of `input`: `min <= max` in every axis, all finite. Without any it is
@@ -60,7 +70,7 @@ pub fn sum_f32(g: &mut Graph, items: Items<'_>, input: &Buf<f32>, result: &mut B
 /// # Panics
 /// If `result` is empty.
 pub fn bounds(g: &mut Graph, items: Items<'_>, input: &Buf<Aabb>, result: &mut Buf<Aabb>) {
-    two_levels!(g, items, input, result, ReduceAabb, ReduceAabbParams, ReduceAabbBindings);
+    two_levels!(g, items, input, result, |items| ReduceAabb { items }, ReduceAabbParams, ReduceAabbBindings);
 }
 
 /// The specification of [`u32s`].
@@ -73,11 +83,12 @@ pub fn reference_u32(op: Op, input: &[u32]) -> u32 {
 }
 
 /// The specification of [`sum_f32`], for an input buffer of `capacity` items: the order is part of it.
-pub fn reference_f32(input: &[f32], capacity: u32) -> f32 {
-    let groups = groups_for(capacity) as usize;
+pub fn reference_f32(lanes: Lanes, input: &[f32], capacity: u32) -> f32 {
+    let tiling = Tiling::new(lanes, capacity);
+    let (groups, tile) = (tiling.groups as usize, tiling.items as usize * 256);
     let level = |values: &[f32], groups: usize| -> Vec<f32> {
-        let tiles = values.len().div_ceil(TILE as usize);
-        let share = tiles.div_ceil(groups) * TILE as usize;
+        let tiles = values.len().div_ceil(tile);
+        let share = tiles.div_ceil(groups) * tile;
         (0..groups)
             .map(|group| {
                 let (first, end) = ((group * share).min(values.len()), ((group + 1) * share).min(values.len()));

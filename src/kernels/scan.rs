@@ -8,7 +8,7 @@
 use super::generated::{ScanApply, ScanApplyBindings, ScanApplyParams};
 use super::generated::{ScanReduce, ScanReduceBindings, ScanReduceParams};
 use super::generated::{ScanSpine, ScanSpineBindings, ScanSpineParams};
-use super::{Items, groups_for};
+use super::{Items, Tiling};
 use crate::graph::{Buf, Graph, Grid};
 
 /// `output[i]` becomes the sum of `input[..i]`; `total[0]` the sum of all. Items beyond the count stay as they are.
@@ -19,17 +19,18 @@ pub fn exclusive(g: &mut Graph, items: Items<'_>, input: &Buf<u32>, output: &mut
     assert!(output.len() >= input.len(), "the output holds {} of {} items", output.len(), input.len());
     g.scope("scan", |g| {
         let count = items.buffer(g, input.len());
+        let tiling = Tiling::new(g.lanes(), input.len());
         let partial = partial_sums(g, &count, input, false, total);
         g.dispatch(
-            ScanApply,
-            Grid::Groups([partial.len(), 1]),
+            ScanApply { items: tiling.items },
+            tiling.grid(),
             ScanApplyParams { capacity: input.len() },
             ScanApplyBindings { count: &count, source: input, partial: &partial, target: output },
         );
     });
 }
 
-/// For each workgroup of [`groups_for`] the sum of all shares before its own; `nonzero` counts instead of summing.
+/// For each workgroup of [`Tiling`] the sum of all shares before its own; `nonzero` counts instead of summing.
 pub(super) fn partial_sums(
     g: &mut Graph,
     count: &Buf<u32>,
@@ -38,18 +39,18 @@ pub(super) fn partial_sums(
     total: &mut Buf<u32>,
 ) -> Buf<u32> {
     assert!(total.len() >= 1, "the total needs a place");
-    let groups = groups_for(input.len());
-    let mut partial = g.buffer("scan_partial", groups);
+    let tiling = Tiling::new(g.lanes(), input.len());
+    let mut partial = g.buffer("scan_partial", tiling.groups);
     g.dispatch(
-        ScanReduce { nonzero },
-        Grid::Groups([groups, 1]),
+        ScanReduce { nonzero, items: tiling.items },
+        tiling.grid(),
         ScanReduceParams { capacity: input.len() },
         ScanReduceBindings { count, source: input, partial: &mut partial },
     );
     g.dispatch(
         ScanSpine,
         Grid::Groups([1, 1]),
-        ScanSpineParams { count: groups },
+        ScanSpineParams { count: tiling.groups },
         ScanSpineBindings { partial: &mut partial, total },
     );
     partial

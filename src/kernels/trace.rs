@@ -13,7 +13,7 @@
 use super::bvh_host::{Aabb, COUNT_ONE, FIRST_MASK, LEAF};
 use super::generated::{
     BvhNode, BvhTriangle, Ray, RayHit, TraceAny, TraceAnyBindings, TraceAnyParams, TraceClosest, TraceClosestBindings,
-    TraceClosestParams,
+    TraceClosestParams, TraceSpawn, TraceSpawnBindings, TraceSpawnParams,
 };
 use crate::graph::{Buf, Graph, Grid};
 
@@ -43,6 +43,15 @@ pub fn any(g: &mut Graph, tree: Tree<'_>, rays: &Buf<Ray>, occluded: &mut Buf<u3
     let params = TraceAnyParams { count: rays.len() };
     let bind = TraceAnyBindings { nodes: tree.nodes, triangles: tree.triangles, rays, occluded };
     g.dispatch(TraceAny, Grid::Threads(rays.len()), params, bind);
+}
+
+/// Adds the pass that moves the origins of `rays`, whose directions are set, to the hits that they leave; rays without
+/// a hit get a largest parameter of 0, which no hit satisfies.
+pub fn spawn(g: &mut Graph, triangles: &Buf<BvhTriangle>, hits: &Buf<RayHit>, rays: &mut Buf<Ray>) {
+    assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+    let params = TraceSpawnParams { count: rays.len() };
+    let grid = Grid::Threads(rays.len());
+    g.dispatch(TraceSpawn, grid, params, TraceSpawnBindings { triangles, hits, rays });
 }
 
 /// A ray from `origin` along `direction` (in lengths of which `t_max` counts).
@@ -196,6 +205,31 @@ impl Frame {
     }
 }
 
+/// Mirror of `offset_ray_origin` of glsl/lib/intersect.glsl: where a ray along `direction` starts that leaves the triangle
+/// at barycentrics `[b1, b2]`.
+pub fn offset_ray_origin([v0, v1, v2]: [[f32; 3]; 3], [b1, b2]: [f32; 2], direction: [f32; 3]) -> [f32; 3] {
+    let largest = |v: [f32; 3]| maximum(v[0].abs(), maximum(v[1].abs(), v[2].abs()));
+    let e1: [f32; 3] = std::array::from_fn(|i| v1[i] - v0[i]);
+    let e2: [f32; 3] = std::array::from_fn(|i| v2[i] - v0[i]);
+    let p: [f32; 3] = std::array::from_fn(|i| v0[i] + (b1 * e1[i] + b2 * e2[i]));
+    let m = maximum(largest(e1), largest(e2));
+    let (f, g) = (e1.map(|x| x / m), e2.map(|x| x / m));
+    let mut n = [f[1] * g[2] - f[2] * g[1], f[2] * g[0] - f[0] * g[2], f[0] * g[1] - f[1] * g[0]];
+    if largest(n) == 0.0 {
+        n = direction;
+    }
+    let aspect = largest(n);
+    let unit = n.map(|x| x / aspect);
+    let side = unit[0] * direction[0] + unit[1] * direction[1] + unit[2] * direction[2];
+    let unsure = (direction[0].abs() + direction[1].abs() + direction[2].abs()) * 2.0f32.powi(-20) / aspect;
+    let spread = if side.abs() <= unsure { 2.0f32.powi(-18) / minimum(aspect, 1.0) } else { 2.0f32.powi(-20) };
+    let bound = p.map(|x| x.abs() * 2.0f32.powi(-22) + m * spread);
+    let reach = unit[0].abs() * bound[0] + unit[1].abs() * bound[1] + unit[2].abs() * bound[2];
+    let step = reach / (unit[0] * unit[0] + unit[1] * unit[1] + unit[2] * unit[2]);
+    let step = if side < 0.0 { -step } else { step };
+    std::array::from_fn(|i| p[i] + unit[i] * step)
+}
+
 fn xyz([x, y, z, _]: [f32; 4]) -> [f32; 3] {
     [x, y, z]
 }
@@ -218,20 +252,22 @@ fn minimum(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// a - round(a * b) to the last bit.
-fn product_error(a: f32, b: f32, product: f32) -> f32 {
-    let split = |x: f32| {
+/// The upper half of the digits.
+fn upper_half(v: [f32; 2]) -> [f32; 2] {
+    v.map(|x| {
         let c = 4097.0 * x;
-        let high = c - (c - x);
-        (high, x - high)
-    };
-    let ((ah, al), (bh, bl)) = (split(a), split(b));
-    ((ah * bh - product) + ah * bl + al * bh) + al * bl
+        c - (c - x)
+    })
 }
 
-/// `a.x b.y - a.y b.x` with the exact sign.
+/// `a.x b.y - a.y b.x` to about an ulp, with the exact sign.
 fn edge_function(a: [f32; 2], b: [f32; 2]) -> f32 {
-    let (p, q) = (a[0] * b[1], a[1] * b[0]);
-    let difference = p - q;
-    if difference == 0.0 { product_error(a[0], b[1], p) - product_error(a[1], b[0], q) } else { difference }
+    let (ah, bh) = (upper_half(a), upper_half(b));
+    let product = |i: usize, j: usize| {
+        let (al, bl) = (a[i] - ah[i], b[j] - bh[j]);
+        let product = a[i] * b[j];
+        (product, ((ah[i] * bh[j] - product) + ah[i] * bl + al * bh[j]) + al * bl)
+    };
+    let (p, q) = (product(0, 1), product(1, 0));
+    (p.0 - q.0) + (p.1 - q.1)
 }

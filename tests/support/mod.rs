@@ -3,11 +3,13 @@
 //!
 //! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`), `NEPHROID_VALIDATE=0` leaves the validation layers out.
 
+#![allow(dead_code)] // each test binary uses a part
+
 use std::fmt::Debug;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytemuck::Pod;
-use nephroid::graph::{Graph, Persistent, Runtime};
+use nephroid::graph::{Graph, Lanes, Persistent, Runtime};
 use nephroid::vk::{Device, DeviceOptions};
 
 /// Byte that fills outputs before a run.
@@ -50,6 +52,11 @@ impl Harness {
         harness.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Whether kernels may use memory barriers where invocations diverge ([`nephroid::kernels::lbvh::Options`]).
+    pub fn fences(&self) -> bool {
+        self.runtime.device().loop_limit().is_none()
+    }
+
     /// Memory with content.
     pub fn input<T: Pod>(&self, data: &[T]) -> Persistent<T> {
         self.runtime.persistent_from("test input", data).expect("memory for an input")
@@ -61,19 +68,41 @@ impl Harness {
         Output { memory, len }
     }
 
-    /// Runs what `declare` declares twice, with poisoned outputs each time.
-    pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl FnOnce(&mut Graph)) {
-        let mut graph = Graph::new();
+    /// Runs what `declare` declares twice for each kind of device, with poisoned outputs each time: always the same bits.
+    pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) {
+        let cpu = self.run_on(Lanes::Cpu, outputs, &declare);
+        let gpu = self.run_on(Lanes::Gpu, outputs, &declare);
+        assert!(cpu == gpu, "kinds of device differ");
+    }
+
+    /// Runs what `declare` declares for one kind of device twice.
+    pub fn run_on(&self, lanes: Lanes, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) -> Vec<Vec<u8>> {
+        let mut graph = Graph::new().with_lanes(lanes);
         declare(&mut graph);
         let plan = graph.plan().expect("a plan");
         let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
-        let mut results = Vec::new();
-        for _ in 0..2 {
+        let mut run = || {
             outputs.iter().for_each(|output| output.poison(&self.runtime));
             executable.run().expect("a run without validation messages");
-            results.push(outputs.iter().map(|output| output.bytes(&self.runtime)).collect::<Vec<_>>());
-        }
-        assert!(results[0] == results[1], "two runs differ");
+            outputs.iter().map(|output| output.bytes(&self.runtime)).collect::<Vec<_>>()
+        };
+        let (first, second) = (run(), run());
+        assert!(first == second, "two runs differ");
+        second
+    }
+
+    /// Shortest of seven times [s] of a run, compilation left out.
+    pub fn time(&self, declare: impl FnOnce(&mut Graph)) -> f64 {
+        let mut graph = Graph::new();
+        declare(&mut graph);
+        let mut executable = self.runtime.prepare(&graph.plan().expect("a plan")).expect("memory and commands");
+        executable.run().expect("a first run");
+        let time = |_| {
+            let begin = std::time::Instant::now();
+            executable.run().expect("a run");
+            begin.elapsed().as_secs_f64()
+        };
+        (0..7).map(time).fold(f64::INFINITY, f64::min)
     }
 
     /// Result of the last run.

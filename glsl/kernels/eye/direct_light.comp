@@ -2,11 +2,11 @@
 // that it lets through arrives as caustic photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -14,7 +14,7 @@ layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[
 layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 #include "lib/lights.glsl"
@@ -29,7 +29,7 @@ void main() {
     EyeHit hit = eye_hits[slot];
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
-    uint key = hash2(pass[0].seed, slot ^ 0x5bd1e995u);
+    uint key = hash2(pass[0].seed, (slot + camera[0].first_pixel * camera[0].slots) ^ 0x5bd1e995u);
     float choice = sequence1(pass[0].index, key, 1u);
     uint light = choose_light(choice);
     LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));
@@ -43,7 +43,8 @@ void main() {
         f = uintBitsToFloat(hit.b.xyz);
     }
     BvhTriangle corners = triangles[hit.d.w];
-    vec3 origin = spawn_origin(s.position, position_error(corners.v0.xyz, corners.v1.xyz, corners.v2.xyz), s.geometric, l.to_light);
+    vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+    vec3 origin = offset_point(s.position, e1, e2, l.to_light);
     if (trace_any(origin, l.target - origin, 1.0)) return;
     radiance[slot].xyz += f * l.weight * cosine;
 }

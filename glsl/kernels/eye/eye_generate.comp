@@ -1,11 +1,11 @@
 // Camera rays: one jittered sample per pixel and pass, box filter. Clears the pixel's path slots.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "shared/scene.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
@@ -19,10 +19,10 @@ layout(set = 0, binding = 21, scalar) writeonly buffer Valid { uint valid[]; };
 void main() {
     uint pixel = linear_id();
     Camera c = camera[0];
-    if (pixel >= c.width * c.height) return;
-    uint x = pixel % c.width, y = pixel / c.width;
+    if (pixel >= c.pixels) return;
+    uint x = (c.first_pixel + pixel) % c.width, y = (c.first_pixel + pixel) / c.width;
     // The pass index runs through one low-discrepancy sequence per pixel, so that passes together stratify the pixel.
-    vec2 jitter = sequence2(pass[0].index, hash2(pass[0].seed, pixel), 0u);
+    vec2 jitter = sequence2(pass[0].index, hash2(pass[0].seed, c.first_pixel + pixel), 0u);
     vec2 p = (vec2(x, y) + jitter) / vec2(c.width, c.height) * 2.0 - 1.0;
     vec3 across = c.right * p.x - c.up * p.y;
     bool parallel = c.orthographic != 0u;

@@ -3,11 +3,11 @@
 // left one continuation is drawn by its weight, so that no sum depends on the order of execution.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;
@@ -24,16 +24,21 @@ layout(set = 0, binding = 24, scalar) writeonly buffer Valid { uint valid[]; };
 layout(set = 0, binding = 25, scalar) writeonly buffer ChildFlags { uint child_flags[]; };
 layout(set = 0, binding = 26, scalar) writeonly buffer ChildSlots { uint child_slots[]; };
 layout(set = 0, binding = 27, scalar) writeonly buffer AovFirst { float aov_first[]; };
+layout(set = 0, binding = 29, scalar) writeonly buffer ChildPlaces { uint child_places[]; };
+layout(set = 0, binding = 28, scalar) buffer Truncated { uint truncated[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 
 // Below this luminance of the throughput a minor continuation is drawn by chance instead of taking a slot of its own.
 const float SPLIT_THRESHOLD = 0.004;
 
+// The path that owns a pixel's first slot overwrites the layers until it ends: what remains is the first surface that is
+// not a mirror or glass.
 void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
+    if (slot % camera[0].slots != 0u) return;
     uint at = 7u * (slot / camera[0].slots);
     aov_first[at] = albedo.x;
     aov_first[at + 1u] = albedo.y;
@@ -93,7 +98,7 @@ void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child refl
 }
 
 void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, Surface s, uint state) {
-    vec3 origin = spawn_origin(s.position, s.error, s.geometric, c.direction);
+    vec3 origin = offset_point(s.position, s.e1, s.e2, c.direction);
     rays[2u * slot] = vec4(origin, 0.0);
     rays[2u * slot + 1u] = vec4(c.direction, 0.0);
     throughput[slot] = vec4(through * c.weight, float(slots));
@@ -106,6 +111,7 @@ void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through
 void main() {
     uint j = linear_id();
     if (j >= count[0]) return;
+    if (j == 0u) child_places[0] = 2u * count[0];
     child_flags[2u * j] = 0u;
     child_flags[2u * j + 1u] = 0u;
     uint slot = list[j];
@@ -119,7 +125,7 @@ void main() {
         vec3 sky = vec3(0.0);
         if (ENVIRONMENT) sky = environment_radiance(d);
         radiance[slot].xyz += through * sky;
-        if (AOV && depth == 0u) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
+        if (AOV) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
         return;
     }
     Facet facet;
@@ -133,24 +139,29 @@ void main() {
     }
     Child pass_through = Child(d, vec3(1.0), 1.0, medium);
     if (ALPHA_MASK && s.opacity == 0.0) {
-        if (depth < MAX_DEPTH) emit_child(j, 0u, slot, slots, pass_through, through, s, state);
+        if (depth >= MAX_DEPTH) atomicAdd(truncated[0], 1u);
+        else emit_child(j, 0u, slot, slots, pass_through, through, s, state);
         return;
     }
     radiance[slot].xyz += through * s.emission;
-    if (AOV && depth == 0u) write_aov(slot, s.diffuse + (GLOSSY ? s.f0 : vec3(0.0)) + s.transmission, s.shading, hit.t);
+    if (AOV) {
+        vec3 albedo = s.diffuse + (GLOSSY ? s.f0 : vec3(0.0)) + s.transmission;
+        write_aov(slot, albedo, s.shading, dot(s.position - camera[0].position, camera[0].forward));
+    }
     bool gathers = has_diffuse(s);
     if (!GLOSSY) {
         if (gathers) store_hit(slot, hit.triangle, s, -d, through);
         return;
     }
     gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
-    uint seed = hash2(hash2(pass[0].seed, pass[0].index), slot * 64u + depth);
+    uint seed = hash2(hash2(pass[0].seed, pass[0].index), (slot + camera[0].first_pixel * camera[0].slots) * 64u + depth);
     vec2 u = vec2(unit_float(hash(seed ^ 0x1b56c4e9u)), unit_float(hash(seed ^ 0x7feb352du)));
     float choice = unit_float(hash(seed ^ 0x3c6ef372u));
     Child a, b;
     follow(s, d, through, medium, u, a, b);
     bool last = depth >= MAX_DEPTH;
-    if (last) {
+    if (last && a.importance + b.importance > 0.0) {
+        atomicAdd(truncated[0], 1u);
         a.importance = 0.0;
         b.importance = 0.0;
     }

@@ -2,10 +2,10 @@
 // Values that are not finite count as zero and are tallied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/two_float.glsl"
 #include "shared/scene.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 
@@ -33,7 +33,7 @@ void main() {
     uint pixel = linear_id();
     Camera c = camera[0];
     // A pass whose photons did not fit is not counted; the host repeats it with more room.
-    if (pixel >= c.width * c.height || overflow[0] != 0u) return;
+    if (pixel >= c.pixels || overflow[0] != 0u) return;
     vec3 direct = vec3(0.0), caustic = vec3(0.0), other = vec3(0.0);
     for (uint i = 0u; i < c.slots; ++i) {
         uint slot = pixel * c.slots + i;

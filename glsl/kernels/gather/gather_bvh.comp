@@ -6,10 +6,10 @@
 // surface that lies in the slab, which the paper's cut ellipsoid does only for planes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "shared/bvh.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;

@@ -1,9 +1,9 @@
 // Appends the deposits of one bounce to the photon map, in the order of the photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform Params {
     uint capacity;

@@ -4,11 +4,11 @@
 // have met a diffuse or rough glossy surface. Together they carry all indirect light, each path once.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool CAUSTIC = false;
 
@@ -31,7 +31,7 @@ layout(set = 0, binding = 26, scalar) writeonly buffer PendingBoxes { Aabb pendi
 layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
 
@@ -97,8 +97,8 @@ float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
 void specular_step(inout Differential f, Surface s, Facet facet, vec3 d, vec3 n, vec3 out_direction, float eta, bool transmitted, float spread) {
     vec3 dn_u = vec3(0.0), dn_v = vec3(0.0);
     if (SMOOTH_NORMALS) {
-        dn_u = normal_derivative(f.dp_u, facet.e1, facet.e2, facet.dn1, facet.dn2, facet.normal);
-        dn_v = normal_derivative(f.dp_v, facet.e1, facet.e2, facet.dn1, facet.dn2, facet.normal);
+        dn_u = normal_derivative(f.dp_u, s.e1, s.e2, facet.dn1, facet.dn2, facet.normal);
+        dn_v = normal_derivative(f.dp_v, s.e1, s.e2, facet.dn1, facet.dn2, facet.normal);
     }
     if (transmitted) {
         f.dd_u = refract_derivative(f.dd_u, d, n, dn_u, eta, out_direction);
@@ -223,7 +223,7 @@ void main() {
     if (!(e.probability > 0.0)) return;
     // Survivors stand for those that were absorbed: each covers 1 / p of the area.
     scale(f, inversesqrt(e.probability));
-    rays[2u * slot] = vec4(spawn_origin(s.position, s.error, s.geometric, e.direction), 0.0);
+    rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), 0.0);
     rays[2u * slot + 1u] = vec4(e.direction, 0.0);
     flux[slot] = vec4(photon_flux.rgb * e.weight, photon_flux.w);
     states[slot] = e.state;

@@ -7,11 +7,11 @@
 // over the light and dd from the density of directions, so that the footprint is right near to and far from the light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
-layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool CAUSTIC = false;
 
@@ -26,7 +26,7 @@ layout(set = 0, binding = 19, scalar) writeonly buffer Differentials { Different
 layout(set = 0, binding = 20, scalar) writeonly buffer List { uint list[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
-#include "lib/spawn.glsl"
+#include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
 #include "lib/lights.glsl"
@@ -138,16 +138,16 @@ void main() {
     } else if (AREA_LIGHTS) {
         BvhTriangle corners = triangles[l.triangle];
         vec2 b = uniform_triangle(w);
-        vec3 v0 = corners.v0.xyz, v1 = corners.v1.xyz, v2 = corners.v2.xyz;
-        vec3 normal = triangle_normal(v1 - v0, v2 - v0);
-        origin = v0 * (1.0 - b.x - b.y) + v1 * b.x + v2 * b.y;
-        origin = spawn_origin(origin, position_error(v0, v1, v2), normal, normal);
+        vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+        vec3 normal = triangle_normal(e1, e2);
+        origin = triangle_point(corners.v0.xyz, e1, e2, b);
         if (CAUSTIC) {
             d = aim(origin, caster_choice, u, pdf);
         } else {
             d = from_basis(normal, cosine_hemisphere(u));
             pdf = max(dot(d, normal), 1e-4) / PI;
         }
+        origin = offset_point(origin, e1, e2, d);
         power = emission_at(l.triangle, b) * max(0.0, dot(d, normal));
         dd = inversesqrt(n * pdf);
         pdf /= l.area;

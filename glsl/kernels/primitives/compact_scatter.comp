@@ -17,15 +17,14 @@ void main() {
     uint rank = workgroup_rank();
     uint carry = partial[gl_WorkGroupID.x];
     for (uint tile = share.first; tile < share.end; tile++) {
-        uint base = tile * TILE + rank * ITEMS;
-        uint kept = 0u; // one bit per item
-        for (uint k = 0u; k < ITEMS; k++) {
-            if (base + k < n && flags[base + k] != 0u) kept |= 1u << k;
-        }
+        uint first = min(tile * TILE + rank * ITEMS, n);
+        uint end = first + min(ITEMS, n - first);
+        uint kept = 0u;
+        for (uint i = first; i < end; i++) kept += uint(flags[i] != 0u);
         uint all;
-        uint place = carry + workgroup_exclusive_add(uint(bitCount(kept)), all);
-        for (uint k = 0u; k < ITEMS; k++) {
-            if ((kept >> k & 1u) != 0u) survivors[place++] = base + k;
+        uint place = carry + workgroup_exclusive_add(kept, all);
+        for (uint i = first; i < end; i++) {
+            if (flags[i] != 0u) survivors[place++] = i;
         }
         carry += all;
     }

@@ -12,7 +12,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Source { Aabb source[]; };
 layout(set = 0, binding = 2, scalar) writeonly buffer Partial { Aabb partial[]; };
 
-const uint TILE = 2048u;
+layout(constant_id = 8) const uint ITEMS = 8;
+const uint TILE = 256u * ITEMS;
 shared Aabb s_value[256];
 
 Aabb identity() { return aabb_empty(); }

@@ -11,7 +11,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Source { float source[]; };
 layout(set = 0, binding = 2, scalar) writeonly buffer Partial { float partial[]; };
 
-const uint TILE = 2048u;
+layout(constant_id = 8) const uint ITEMS = 8;
+const uint TILE = 256u * ITEMS;
 shared float s_value[256];
 
 float identity() { return 0.0; }

@@ -17,18 +17,15 @@ void main() {
     uint rank = workgroup_rank();
     uint carry = partial[gl_WorkGroupID.x];
     for (uint tile = share.first; tile < share.end; tile++) {
-        uint base = tile * TILE + rank * ITEMS;
-        uint value[ITEMS];
+        uint first = min(tile * TILE + rank * ITEMS, n);
+        uint end = first + min(ITEMS, n - first);
         uint sum = 0u;
-        for (uint k = 0u; k < ITEMS; k++) {
-            value[k] = base + k < n ? source[base + k] : 0u;
-            sum += value[k];
-        }
+        for (uint i = first; i < end; i++) sum += source[i];
         uint all;
         uint running = carry + workgroup_exclusive_add(sum, all);
-        for (uint k = 0u; k < ITEMS; k++) {
-            if (base + k < n) target[base + k] = running;
-            running += value[k];
+        for (uint i = first; i < end; i++) {
+            target[i] = running;
+            running += source[i];
         }
         carry += all;
     }

@@ -1,9 +1,11 @@
-// Exclusive scan, in place, of the workgroups' sums (at most one tile of them), and their total. One workgroup.
+// Exclusive scan, in place, of the workgroups' sums (at most 1024), and their total. One workgroup.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-layout(local_size_x = 256) in;
-#include "lib/scan.glsl"
+layout(local_size_x = 64) in;
+#include "lib/subgroup.glsl"
+
+const uint ITEMS = 16u;
 
 layout(push_constant, scalar) uniform Params { uint count; } params;
 layout(set = 0, binding = 0, scalar) buffer Partial { uint partial[]; };

@@ -1,9 +1,9 @@
 // Closest hits of the rays in a list of slots (eye paths or photons).
 #version 460
 #extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "shared/bvh.glsl"
-layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Nodes { BvhNode nodes[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Triangles { BvhTriangle triangles[]; };

@@ -1,0 +1,151 @@
+//! From a checked order to a finished picture: device, scene, session.
+
+use std::time::Instant;
+
+use super::flags::DeviceArgs;
+use super::progress::Status;
+use super::render::{Rendered, Request, Watch};
+use super::values::{Aov, Kernel, choose_camera};
+use crate::error::Result;
+use crate::film::exr::RenderInfo;
+use crate::film::image::Picture;
+use crate::graph::{Runtime, Timing, chrome_trace};
+use crate::render::{Session, Settings};
+use crate::scene::{self, Limits, Scene};
+use crate::vk::{Device, DeviceOptions};
+
+/// Opens the device that the flags name.
+pub(super) fn open(args: &DeviceArgs) -> Result<Runtime> {
+    let mut options = DeviceOptions { validate: args.validate, ..DeviceOptions::default() };
+    if let Some(wanted) = &args.device {
+        options.select = wanted.parse()?;
+    }
+    Ok(Runtime::new(Device::open(&options)?))
+}
+
+/// Renders until a limit is reached or the user stops.
+pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
+    let begin = Instant::now();
+    let scene = scene::load_with_environment(&request.scene, request.light.environment.as_deref(), &Limits::default())?;
+    for warning in &scene.warnings {
+        watch.note(warning);
+    }
+    let loaded = begin.elapsed().as_secs_f64();
+    let runtime = open(&request.device)?;
+    let settings = settings(request, &scene)?;
+    let mut session = Session::new(&runtime, scene, settings)?;
+    let prepared = begin.elapsed().as_secs_f64() - loaded;
+    let mut trace = Vec::new();
+    let start = Instant::now();
+    let mut index = 0;
+    while !watch.is_stopped() {
+        session.run_pass(index)?;
+        index += 1;
+        if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
+            trace.extend(session.timings());
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let (caustic, global) = session.photons_per_pass();
+        let photons = index * u64::from(caustic + global);
+        let more = watch.pass_done(Status { passes: index, photons, seconds });
+        let enough = request.limit.passes.is_some_and(|n| index >= n);
+        if !more || enough || request.limit.seconds.is_some_and(|limit| seconds >= limit) {
+            break;
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    runtime.device().check_validation()?;
+    finish(request, &session, &runtime, Measured { loaded, prepared, seconds, trace })
+}
+
+/// Events beyond this are not kept: a trace viewer would not open them.
+const MOST_TRACE_EVENTS: usize = 200_000;
+
+struct Measured {
+    loaded: f64,
+    prepared: f64,
+    seconds: f64,
+    trace: Vec<Timing>,
+}
+
+fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
+    let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let defaults = Settings::default();
+    Ok(Settings {
+        width: request.view.size.width,
+        height: request.view.size.height,
+        camera: choose_camera(&request.view.camera, &names)?,
+        seed: (request.seed ^ (request.seed >> 32)) as u32,
+        photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
+        epanechnikov: request.light.kernel == Kernel::Epanechnikov,
+        layers: !request.view.aov.is_empty(),
+        caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),
+        global_smoothing: request.light.global_smoothing.unwrap_or(defaults.global_smoothing),
+        ..defaults
+    })
+}
+
+fn finish(request: &Request, session: &Session, runtime: &Runtime, measured: Measured) -> Result<Rendered> {
+    let statistics = session.statistics()?;
+    let device = runtime.device();
+    let info = RenderInfo {
+        passes: statistics.passes,
+        seed: request.seed,
+        seconds: measured.seconds,
+        device: device.info().name.clone(),
+        scene: request.scene.display().to_string(),
+    };
+    let picture = wanted_layers(session.picture()?, &request.view.aov);
+    let report = report(session, &info, &measured, runtime)?;
+    let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
+    Ok(Rendered { picture, info, report, trace })
+}
+
+fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {
+    picture.layers.retain(|layer| layer.name.is_empty() || wanted.iter().any(|aov| aov.name() == layer.name));
+    picture
+}
+
+fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &Runtime) -> Result<serde_json::Value> {
+    let statistics = session.statistics()?;
+    let (caustic, global) = session.photons_per_pass();
+    let needs = scene::Needs::of(session.scene());
+    let counters: serde_json::Map<_, _> =
+        statistics.counters.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
+    let memory = runtime.device().memory();
+    let scopes = scope_seconds(&session.timings());
+    Ok(serde_json::json!({
+        "scene": info.scene, "device": info.device, "version": env!("CARGO_PKG_VERSION"), "seed": info.seed,
+        "passes": statistics.passes, "seconds": info.seconds,
+        "seconds_loading": measured.loaded, "seconds_preparing": measured.prepared,
+        "photons_emitted": statistics.photons, "photons_stored": statistics.deposits,
+        "photons_per_pass": { "caustic": caustic, "global": global },
+        "photons_truncated": statistics.photons_truncated,
+        "eye_paths_truncated": statistics.eye_paths_truncated,
+        "passes_repeated": statistics.repeated,
+        "values_not_finite": statistics.rejected,
+        "guards": counters,
+        "kept": needs.kept(), "left_out": needs.left_out(),
+        "plan_passes": session.plan_passes(),
+        "bytes": {
+            "device_peak": memory.peak,
+            "transients": session.transient_bytes(),
+            "scene": session.device_scene().sizes().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect::<serde_json::Map<String, serde_json::Value>>(),
+        },
+        "seconds_of_last_pass": scopes,
+        "warnings": session.scene().warnings,
+    }))
+}
+
+/// Seconds of the last pass by outermost scope.
+fn scope_seconds(timings: &[Timing]) -> serde_json::Value {
+    let mut sums: Vec<(String, f64)> = Vec::new();
+    for timing in timings.iter().filter(|t| t.depth == 0) {
+        let seconds = timing.end_ns.saturating_sub(timing.start_ns) as f64 * 1e-9;
+        match sums.iter_mut().find(|(name, _)| *name == timing.name) {
+            Some((_, sum)) => *sum += seconds,
+            None => sums.push((timing.name.clone(), seconds)),
+        }
+    }
+    sums.into_iter().map(|(name, s)| (name, s.into())).collect::<serde_json::Map<_, _>>().into()
+}

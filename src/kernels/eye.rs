@@ -1,0 +1,274 @@
+//! Eye paths: from the camera through mirrors and glass to the surfaces where light is gathered, and the direct light there.
+//!
+//! One bounce a dispatch; survivors are compacted in order. A pixel has a fixed number of path slots; a path that splits
+//! divides its slots, so that every result has one writer and the film adds them in a fixed order.
+
+use super::generated::{
+    Camera, DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings,
+    ListSelect, ListSelectBindings, TraceList, TraceListBindings,
+};
+use super::scene_data::{SceneBuffers, Variant};
+use super::{Items, compact};
+use crate::graph::{Buf, DispatchArgs, Graph, Grid};
+
+/// The scene and the camera with the band of pixels to work on.
+pub type View<'a> = (&'a SceneBuffers, &'a Buf<Camera>);
+
+/// Workgroup size of the transport kernels.
+pub(super) const LOCAL: u32 = 64;
+
+/// Layer values written per pixel: albedo, normal, depth.
+pub const AOV_FLOATS: u32 = 7;
+
+/// Extent of the eye paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EyeSettings {
+    /// Pixels of the image.
+    pub pixels: u32,
+    /// Path slots per pixel, at least 1.
+    pub slots: u32,
+    /// Most surfaces that a path meets after the first.
+    pub max_depth: u32,
+    /// Whether layers are written.
+    pub aov: bool,
+}
+
+/// What the eye paths leave.
+#[derive(Debug)]
+pub struct EyeHits {
+    /// Hits, valid where listed.
+    pub hits: Buf<EyeHit>,
+    /// Slots with a hit, ascending.
+    pub list: Buf<u32>,
+    /// How many.
+    pub count: Buf<u32>,
+    /// Groups for one invocation per hit.
+    pub args: Buf<DispatchArgs>,
+    /// Per slot: emission met on the way, later also direct light.
+    pub radiance: Buf<[f32; 4]>,
+    /// [`AOV_FLOATS`] per pixel.
+    pub aov_first: Buf<f32>,
+    /// Paths that were still alive at the depth limit: none, unless splitting or masks led there.
+    pub truncated: Buf<u32>,
+}
+
+/// A list of slots and its length on the device.
+pub(super) struct SlotList {
+    pub list: Buf<u32>,
+    pub count: Buf<u32>,
+    pub args: Buf<DispatchArgs>,
+}
+
+impl SlotList {
+    /// The first `len` slots of `list`.
+    pub(super) fn full(g: &mut Graph, list: Buf<u32>, len: u32) -> Self {
+        let mut count = g.buffer("list_count", 1);
+        g.fill(&mut count, len);
+        let args = compact::dispatch_args(g, &count, len, LOCAL);
+        Self { list, count, args }
+    }
+
+    /// The slots of `source` whose flag is set, in order; at most `most` of them are.
+    pub(super) fn select(g: &mut Graph, items: Items<'_>, flags: &Buf<u32>, source: &Buf<u32>, most: u32) -> Self {
+        let kept = compact::indices(g, items, flags, LOCAL);
+        let mut list = g.buffer("slots", source.len().min(most));
+        let bind = ListSelectBindings { indices: &kept.indices, count: &kept.count, source, target: &mut list };
+        g.dispatch(ListSelect, Grid::Indirect(&kept.args), (), bind);
+        Self { list, count: kept.count, args: kept.args }
+    }
+}
+
+/// Buffers of the paths in flight, by slot.
+struct Paths {
+    rays: Buf<[f32; 4]>,
+    throughput: Buf<[f32; 4]>,
+    states: Buf<u32>,
+    hits: Buf<[u32; 4]>,
+    valid: Buf<u32>,
+}
+
+/// Adds the passes of the eye paths.
+pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSettings) -> EyeHits {
+    let slots = settings.pixels * settings.slots;
+    let mut paths = Paths {
+        rays: g.buffer("eye_rays", 2 * slots),
+        throughput: g.buffer("eye_throughput", slots),
+        states: g.buffer("eye_states", slots),
+        hits: g.buffer("eye_ray_hits", slots),
+        valid: g.buffer("eye_valid", slots),
+    };
+    let mut result = EyeHits {
+        hits: g.buffer("eye_hits", slots),
+        list: g.buffer("unused", 1),
+        count: g.buffer("unused", 1),
+        args: g.buffer("unused", 1),
+        radiance: g.buffer("radiance", slots),
+        aov_first: g.buffer("aov_first", if settings.aov { AOV_FLOATS * settings.pixels } else { 1 }),
+        truncated: g.buffer("eye_truncated", 1),
+    };
+    g.fill(&mut result.truncated, 0);
+    let mut list = g.scope("eye generate", |g| generate(g, view, settings, &mut paths, &mut result));
+    let bounces = if variant.glossy || variant.alpha_mask { settings.max_depth + 1 } else { 1 };
+    for step in 0..bounces {
+        let children = g.scope("eye bounce", |g| bounce(g, view, (variant, settings), &list, &mut paths, &mut result));
+        if step + 1 < bounces {
+            let places = Items::Counted(&children.places);
+            list = SlotList::select(g, places, &children.flags, &children.slots, slots);
+        }
+    }
+    let everything = compact::indices(g, Items::All, &paths.valid, LOCAL);
+    EyeHits { list: everything.indices, count: everything.count, args: everything.args, ..result }
+}
+
+fn generate(
+    g: &mut Graph,
+    (scene, camera): View<'_>,
+    settings: EyeSettings,
+    paths: &mut Paths,
+    result: &mut EyeHits,
+) -> SlotList {
+    let mut list = g.buffer("eye_first_list", settings.pixels);
+    g.dispatch(
+        EyeGenerate,
+        Grid::Threads(settings.pixels),
+        (),
+        EyeGenerateBindings {
+            camera,
+            pass: &scene.pass,
+            rays: &mut paths.rays,
+            throughput: &mut paths.throughput,
+            states: &mut paths.states,
+            list: &mut list,
+            radiance: &mut result.radiance,
+            valid: &mut paths.valid,
+        },
+    );
+    SlotList::full(g, list, settings.pixels)
+}
+
+fn bounce(
+    g: &mut Graph,
+    (scene, camera): View<'_>,
+    (v, settings): (Variant, EyeSettings),
+    list: &SlotList,
+    paths: &mut Paths,
+    result: &mut EyeHits,
+) -> Children {
+    trace_list(g, scene, list, &paths.rays, &mut paths.hits);
+    let mut children = Children::new(g, 2 * list.list.len());
+    let kernel = EyeShade {
+        textures: v.textures,
+        normal_maps: v.normal_maps,
+        alpha_mask: v.alpha_mask,
+        glass: v.glass,
+        absorption: v.absorption,
+        glossy: v.glossy,
+        environment: v.environment,
+        delta_lights: v.delta_lights,
+        smooth_normals: v.smooth_normals,
+        shading_stride: v.shading_stride,
+        uv0_at: v.uv0_at,
+        uv1_at: v.uv1_at,
+        color_at: v.color_at,
+        tangent_at: v.tangent_at,
+        aov: settings.aov,
+        max_depth: settings.max_depth,
+    };
+    let bind = EyeShadeBindings {
+        triangles: &scene.triangles,
+        shading_data: &scene.shading_data,
+        materials: &scene.materials,
+        texture_uses: &scene.texture_uses,
+        texels: &scene.texels,
+        globals: &scene.globals,
+        environment: &scene.environment,
+        camera,
+        pass: &scene.pass,
+        list: &list.list,
+        count: &list.count,
+        rays: &mut paths.rays,
+        hits: &paths.hits,
+        throughput: &mut paths.throughput,
+        states: &mut paths.states,
+        radiance: &mut result.radiance,
+        eye_hits: &mut result.hits,
+        valid: &mut paths.valid,
+        child_flags: &mut children.flags,
+        child_slots: &mut children.slots,
+        child_places: &mut children.places,
+        aov_first: &mut result.aov_first,
+        truncated: &mut result.truncated,
+    };
+    g.dispatch(kernel, Grid::Indirect(&list.args), (), bind);
+    children
+}
+
+/// Two places per path for its continuations.
+struct Children {
+    flags: Buf<u32>,
+    slots: Buf<u32>,
+    /// One word: places written.
+    places: Buf<u32>,
+}
+
+impl Children {
+    fn new(g: &mut Graph, most: u32) -> Self {
+        let mut places = g.buffer("child_places", 1);
+        g.fill(&mut places, 0); // without a path nobody writes it
+        Self { flags: g.buffer("child_flags", most), slots: g.buffer("child_slots", most), places }
+    }
+}
+
+/// Closest hits of the rays in the listed slots.
+pub(super) fn trace_list(
+    g: &mut Graph,
+    scene: &SceneBuffers,
+    list: &SlotList,
+    rays: &Buf<[f32; 4]>,
+    hits: &mut Buf<[u32; 4]>,
+) {
+    let bind = TraceListBindings {
+        nodes: &scene.nodes,
+        triangles: &scene.triangles,
+        list: &list.list,
+        count: &list.count,
+        rays,
+        hits,
+    };
+    g.dispatch(TraceList, Grid::Indirect(&list.args), (), bind);
+}
+
+/// Adds the direct light at the hits: one light, chosen by power, and one shadow ray for each hit.
+pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, eye: &mut EyeHits) {
+    let kernel = DirectLight {
+        textures: v.textures,
+        alpha_mask: v.alpha_mask,
+        glossy: v.glossy,
+        environment: v.environment,
+        area_lights: v.area_lights,
+        delta_lights: v.delta_lights,
+        shading_stride: v.shading_stride,
+        uv0_at: v.uv0_at,
+        uv1_at: v.uv1_at,
+        color_at: v.color_at,
+    };
+    let bind = DirectLightBindings {
+        nodes: &scene.nodes,
+        triangles: &scene.triangles,
+        shading_data: &scene.shading_data,
+        materials: &scene.materials,
+        texture_uses: &scene.texture_uses,
+        texels: &scene.texels,
+        lights: &scene.lights,
+        globals: &scene.globals,
+        environment: &scene.environment,
+        environment_cdf: &scene.environment_cdf,
+        camera,
+        pass: &scene.pass,
+        list: &eye.list,
+        count: &eye.count,
+        eye_hits: &eye.hits,
+        radiance: &mut eye.radiance,
+    };
+    g.dispatch(kernel, Grid::Indirect(&eye.args), (), bind);
+}

@@ -1,0 +1,245 @@
+//! Photons: emission, bounces, and the map of their deposits.
+//!
+//! One bounce a dispatch, survivors compacted, deposits appended in a fixed order, so that a map has the same bits in every
+//! run. Sources: Fabianowski and Dingliana 2009 (differentials, footprints), Yao et al. 2010 (aiming), Igehy 1999.
+
+use super::eye::{LOCAL, SlotList, trace_list};
+use super::generated::{
+    Aabb, Differential, Photon, PhotonAdvance, PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend,
+    PhotonAppendBindings, PhotonAppendParams, PhotonBounce, PhotonBounceBindings, PhotonBounceParams, PhotonEmit,
+    PhotonEmitBindings, PhotonEmitParams, PhotonSort, PhotonSortBindings,
+};
+use super::scene_data::{SceneBuffers, Variant};
+use super::{Items, compact, lbvh};
+use crate::graph::{Buf, Graph, Grid};
+
+/// Entries of [`Deposits::counters`], as in glsl/lib/footprint.glsl.
+pub const COUNTERS: [&str; 6] = [
+    "footprints_raised_to_minimum",
+    "footprints_cut_to_maximum",
+    "footprints_beyond_anisotropy",
+    "deposits_refused_as_grazing",
+    "photons_without_room",
+    "photons_not_finite",
+];
+
+/// One class of photons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Emission {
+    /// Photons emitted per pass.
+    pub count: u32,
+    /// Caustic photons are aimed at casters and stop at the first diffuse surface.
+    pub caustic: bool,
+    /// Smoothing factor s: semiaxes in units of the photon spacing.
+    pub smoothing: f32,
+    /// Surfaces that a photon may meet.
+    pub max_bounces: u32,
+}
+
+/// Deposits of all classes, in order of emission class, bounce and photon.
+#[derive(Debug)]
+pub struct Deposits {
+    /// Photons with their footprints.
+    pub photons: Buf<Photon>,
+    /// Boxes of the footprints.
+    pub boxes: Buf<Aabb>,
+    /// How many.
+    pub count: Buf<u32>,
+    /// How many did not fit.
+    pub overflow: Buf<u32>,
+    /// Guards that fired, [`COUNTERS`].
+    pub counters: Buf<u32>,
+    /// Per class: photons still in flight after the last bounce.
+    pub truncated: Vec<Buf<u32>>,
+}
+
+impl Deposits {
+    /// An empty map with room for `capacity` deposits.
+    pub fn new(g: &mut Graph, capacity: u32) -> Self {
+        let mut deposits = Self {
+            photons: g.buffer("deposits", capacity),
+            boxes: g.buffer("deposit_boxes", capacity),
+            count: g.buffer("deposit_count", 1),
+            overflow: g.buffer("deposit_overflow", 1),
+            counters: g.buffer("photon_counters", COUNTERS.len() as u32),
+            truncated: Vec::new(),
+        };
+        g.fill(&mut deposits.count, 0);
+        g.fill(&mut deposits.overflow, 0);
+        g.fill(&mut deposits.counters, 0);
+        deposits
+    }
+}
+
+/// Photons in flight, by index of emission.
+struct Flight {
+    rays: Buf<[f32; 4]>,
+    flux: Buf<[f32; 4]>,
+    states: Buf<u32>,
+    differentials: Buf<Differential>,
+    hits: Buf<[u32; 4]>,
+}
+
+/// Emits one class of photons and follows them to the end.
+pub fn trace(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
+    let n = emission.count;
+    let mut flight = Flight {
+        rays: g.buffer("photon_rays", 2 * n),
+        flux: g.buffer("photon_flux", n),
+        states: g.buffer("photon_states", n),
+        differentials: g.buffer("photon_differentials", n),
+        hits: g.buffer("photon_hits", n),
+    };
+    let mut list = g.scope("photon emit", |g| emit(g, scene, v, emission, &mut flight));
+    for step in 0..emission.max_bounces {
+        g.scope("photon bounce", |g| {
+            trace_list(g, scene, &list, &flight.rays, &mut flight.hits);
+            list = bounce(g, (scene, v, emission), step, &list, &mut flight, deposits);
+        });
+    }
+    deposits.truncated.push(list.count);
+}
+
+fn emit(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, flight: &mut Flight) -> SlotList {
+    let mut list = g.buffer("photon_first_list", emission.count);
+    let kernel = PhotonEmit {
+        textures: v.textures,
+        environment: v.environment,
+        area_lights: v.area_lights,
+        shading_stride: v.shading_stride,
+        uv0_at: v.uv0_at,
+        uv1_at: v.uv1_at,
+        caustic: emission.caustic,
+    };
+    let bind = PhotonEmitBindings {
+        triangles: &scene.triangles,
+        shading_data: &scene.shading_data,
+        materials: &scene.materials,
+        texture_uses: &scene.texture_uses,
+        texels: &scene.texels,
+        lights: &scene.lights,
+        globals: &scene.globals,
+        environment: &scene.environment,
+        environment_cdf: &scene.environment_cdf,
+        casters: &scene.casters,
+        pass: &scene.pass,
+        rays: &mut flight.rays,
+        flux: &mut flight.flux,
+        states: &mut flight.states,
+        differentials: &mut flight.differentials,
+        list: &mut list,
+    };
+    g.dispatch(kernel, Grid::Threads(emission.count), PhotonEmitParams { count: emission.count }, bind);
+    SlotList::full(g, list, emission.count)
+}
+
+fn bounce(
+    g: &mut Graph,
+    (scene, v, emission): (&SceneBuffers, Variant, Emission),
+    step: u32,
+    list: &SlotList,
+    flight: &mut Flight,
+    deposits: &mut Deposits,
+) -> SlotList {
+    let n = emission.count;
+    let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
+    let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", n));
+    let kernel = PhotonBounce {
+        textures: v.textures,
+        normal_maps: v.normal_maps,
+        alpha_mask: v.alpha_mask,
+        glass: v.glass,
+        absorption: v.absorption,
+        glossy: v.glossy,
+        smooth_normals: v.smooth_normals,
+        shading_stride: v.shading_stride,
+        uv0_at: v.uv0_at,
+        uv1_at: v.uv1_at,
+        color_at: v.color_at,
+        tangent_at: v.tangent_at,
+        caustic: emission.caustic,
+    };
+    let bind = PhotonBounceBindings {
+        triangles: &scene.triangles,
+        shading_data: &scene.shading_data,
+        materials: &scene.materials,
+        texture_uses: &scene.texture_uses,
+        texels: &scene.texels,
+        globals: &scene.globals,
+        pass: &scene.pass,
+        list: &list.list,
+        count: &list.count,
+        rays: &mut flight.rays,
+        hits: &flight.hits,
+        flux: &mut flight.flux,
+        states: &mut flight.states,
+        differentials: &mut flight.differentials,
+        alive: &mut alive,
+        stored: &mut stored,
+        pending: &mut pending,
+        pending_boxes: &mut boxes,
+        counters: &mut deposits.counters,
+    };
+    let params = PhotonBounceParams { smoothing: emission.smoothing, bounce: step };
+    g.dispatch(kernel, Grid::Indirect(&list.args), params, bind);
+    append(g, list, &stored, (&pending, &boxes), deposits);
+    SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n)
+}
+
+/// Adds the pending deposits whose flag is set to the map.
+fn append(
+    g: &mut Graph,
+    list: &SlotList,
+    stored: &Buf<u32>,
+    (pending, pending_boxes): (&Buf<Photon>, &Buf<Aabb>),
+    deposits: &mut Deposits,
+) {
+    let capacity = deposits.photons.len();
+    let kept = compact::indices(g, Items::Counted(&list.count), stored, LOCAL);
+    g.dispatch(
+        PhotonAppend,
+        Grid::Indirect(&kept.args),
+        PhotonAppendParams { capacity },
+        PhotonAppendBindings {
+            list: &kept.indices,
+            count: &kept.count,
+            pending,
+            pending_boxes,
+            photon_count: &deposits.count,
+            photons: &mut deposits.photons,
+            boxes: &mut deposits.boxes,
+        },
+    );
+    g.dispatch(
+        PhotonAdvance,
+        Grid::Groups([1, 1]),
+        PhotonAdvanceParams { capacity },
+        PhotonAdvanceBindings {
+            count: &kept.count,
+            photon_count: &mut deposits.count,
+            overflow: &mut deposits.overflow,
+        },
+    );
+}
+
+/// The photon map: a BVH over the footprints, photons in leaf order.
+#[derive(Debug)]
+pub struct PhotonMap {
+    /// Tree over the footprints' boxes.
+    pub tree: lbvh::Lbvh,
+    /// Photons in the order of the leaves.
+    pub photons: Buf<Photon>,
+}
+
+/// Builds the map.
+pub fn map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options) -> PhotonMap {
+    let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
+    let mut sorted = g.buffer("photons", deposits.photons.len());
+    g.dispatch(
+        PhotonSort,
+        Grid::Threads(sorted.len()),
+        (),
+        PhotonSortBindings { order: &tree.items, count: &tree.counts, photons: &deposits.photons, sorted: &mut sorted },
+    );
+    PhotonMap { tree, photons: sorted }
+}

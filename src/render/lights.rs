@@ -1,0 +1,186 @@
+//! The light table: every emitter with a probability proportional to its power.
+
+use std::f64::consts::PI;
+
+use crate::kernels::generated::Light as DeviceLight;
+use crate::scene::{Environment, Light, Scene};
+
+const POINT: u32 = 0;
+const SPOT: u32 = 1;
+const DIRECTIONAL: u32 = 2;
+const TRIANGLE: u32 = 3;
+const ENVIRONMENT: u32 = 4;
+
+/// Lights and the sampling tables of the environment.
+#[derive(Default)]
+pub struct LightTable {
+    pub lights: Vec<DeviceLight>,
+    /// Radiance, one vector per texel.
+    pub environment: Vec<[f32; 4]>,
+    /// One cumulative row per image row, then the cumulative column; empty without environment.
+    pub environment_cdf: Vec<f32>,
+    pub has_triangles: bool,
+    pub has_delta: bool,
+    pub has_environment: bool,
+    /// Sum of the powers, luminance [W].
+    pub power: f64,
+}
+
+fn luminance(c: [f32; 3]) -> f64 {
+    0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2])
+}
+
+impl LightTable {
+    /// Lights of `scene` whose triangles are in leaf order `order`; `radius` is that of the scene's sphere.
+    pub fn of(scene: &Scene, order: &[u32], radius: f64) -> Self {
+        let mut table = Self::default();
+        let mut powers = Vec::new();
+        for light in &scene.lights {
+            let (device, power) = punctual(light, radius);
+            table.push(&mut powers, device, power);
+        }
+        table.has_delta = !table.lights.is_empty();
+        let average = average_emission(scene);
+        for (at, &id) in order.iter().enumerate() {
+            let material = scene.geometry.material[id as usize] as usize;
+            let emission = average[material];
+            if luminance(emission) > 0.0 && !scene.materials[material].unlit {
+                let area = area(scene, id);
+                let device = DeviceLight {
+                    kind: TRIANGLE,
+                    emission,
+                    area: area as f32,
+                    triangle: at as u32,
+                    ..DeviceLight::default()
+                };
+                table.push(&mut powers, device, PI * area * luminance(emission));
+                table.has_triangles = true;
+            }
+        }
+        if let Some(environment) = &scene.environment {
+            table.add_environment(&mut powers, environment, radius);
+        }
+        table.finish(&powers);
+        table
+    }
+
+    fn push(&mut self, powers: &mut Vec<f64>, light: DeviceLight, power: f64) {
+        if power > 0.0 && power.is_finite() {
+            self.lights.push(light);
+            powers.push(power);
+        }
+    }
+
+    fn finish(&mut self, powers: &[f64]) {
+        self.power = powers.iter().sum();
+        let mut cumulative = 0.0;
+        for (light, power) in self.lights.iter_mut().zip(powers) {
+            cumulative += power / self.power;
+            light.probability = (power / self.power) as f32;
+            light.cumulative = cumulative as f32;
+        }
+    }
+
+    fn add_environment(&mut self, powers: &mut Vec<f64>, e: &Environment, radius: f64) {
+        let (width, height) = (e.width as usize, e.height as usize);
+        let weights = texel_weights(e);
+        let total: f64 = weights.iter().sum();
+        if total <= 0.0 {
+            return;
+        }
+        self.has_environment = true;
+        self.environment = e.radiance.iter().map(|t| [t[0], t[1], t[2], 0.0]).collect();
+        let mut column = Vec::with_capacity(height);
+        let mut so_far = 0.0;
+        for row in weights.chunks(width) {
+            let sum: f64 = row.iter().sum();
+            let mut inside = 0.0;
+            self.environment_cdf.extend(row.iter().map(|w| {
+                inside += w;
+                if sum > 0.0 { (inside / sum) as f32 } else { 0.0 }
+            }));
+            so_far += sum;
+            column.push((so_far / total) as f32);
+        }
+        self.environment_cdf.extend(column);
+        // Texel weights are radiance times solid angle.
+        let solid = 2.0 * PI * PI / (width as f64 * height as f64);
+        let light = DeviceLight { kind: ENVIRONMENT, ..DeviceLight::default() };
+        self.push(powers, light, PI * radius * radius * total * solid);
+    }
+}
+
+/// Luminance times the sine of the polar angle, smoothed over the neighbours that bilinear lookup reaches, so that no
+/// direction with light has density zero.
+fn texel_weights(e: &Environment) -> Vec<f64> {
+    let (width, height) = (e.width as usize, e.height as usize);
+    let at = |x: usize, y: usize| luminance(e.radiance[y * width + x]);
+    let mut weights = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let sine = (PI * (y as f64 + 0.5) / height as f64).sin();
+        for x in 0..width {
+            let (left, right) = ((x + width - 1) % width, (x + 1) % width);
+            let row = |y: usize| 0.125 * (at(left, y) + at(right, y)) + 0.75 * at(x, y);
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            weights.push(sine * (0.125 * (row(above) + row(below)) + 0.75 * row(y)));
+        }
+    }
+    weights
+}
+
+fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
+    match *light {
+        Light::Point { position, intensity } => (
+            DeviceLight { kind: POINT, position, emission: intensity, ..DeviceLight::default() },
+            4.0 * PI * luminance(intensity),
+        ),
+        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+            let (inner, outer) = (f64::from(inner_angle).cos(), f64::from(outer_angle).cos());
+            // The falloff t^2 between the cones integrates to a third of the width.
+            let solid = 2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0);
+            let device = DeviceLight {
+                kind: SPOT,
+                position,
+                direction,
+                emission: intensity,
+                cos_inner: inner as f32,
+                cos_outer: outer as f32,
+                ..DeviceLight::default()
+            };
+            (device, solid * luminance(intensity))
+        }
+        Light::Directional { direction, irradiance } => (
+            DeviceLight { kind: DIRECTIONAL, direction, emission: irradiance, ..DeviceLight::default() },
+            PI * radius * radius * luminance(irradiance),
+        ),
+    }
+}
+
+/// Emission of each material averaged over its texture.
+fn average_emission(scene: &Scene) -> Vec<[f32; 3]> {
+    let linear = |byte: u8| {
+        let c = f64::from(byte) / 255.0;
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    let mean = |image: &crate::scene::Image, channel: usize| {
+        let sum: f64 = image.rgba.iter().map(|texel| linear(texel[channel])).sum();
+        // An all-black texture emits nothing; any other keeps a chance everywhere.
+        sum / image.rgba.len().max(1) as f64
+    };
+    let emission = |m: &crate::scene::Material| match m.emissive_texture {
+        Some(texture) => {
+            let image = &scene.images[scene.textures[texture.texture as usize].image as usize];
+            std::array::from_fn(|k| m.emissive[k] * mean(image, k) as f32)
+        }
+        None => m.emissive,
+    };
+    scene.materials.iter().map(emission).collect()
+}
+
+fn area(scene: &Scene, id: u32) -> f64 {
+    let [a, b, c] = scene.geometry.triangles[id as usize].map(|corner| {
+        let p = scene.geometry.positions[corner as usize];
+        glam::DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
+    });
+    0.5 * (b - a).cross(c - a).length()
+}

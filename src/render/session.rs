@@ -1,0 +1,281 @@
+//! A render in progress: passes by global index, the film, and what is known about them.
+
+use std::time::Instant;
+
+use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::settings::Settings;
+use super::upload::DeviceScene;
+use crate::error::{Error, Result};
+use crate::film::image::{Channels, Picture};
+use crate::graph::{Runtime, Timing};
+use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
+use crate::kernels::generated::Pass;
+use crate::kernels::photon::{COUNTERS, Emission};
+use crate::scene::Scene;
+
+/// Most deposits of one pass: 64 bytes each in one binding of the smallest allowed range, 128 MiB.
+const MOST_DEPOSITS: u32 = (1 << 21) - 1;
+
+/// Counts over all passes so far.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Statistics {
+    /// Passes in the film.
+    pub passes: u64,
+    /// Passes repeated because their photons did not fit.
+    pub repeated: u64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Deposits stored in photon maps.
+    pub deposits: u64,
+    /// Guards that fired, by name.
+    pub counters: Vec<(&'static str, u64)>,
+    /// Photons that were still in flight at the bounce limit.
+    pub photons_truncated: u64,
+    /// Eye paths that ended at the depth limit.
+    pub eye_paths_truncated: u64,
+    /// Pixel values that were not finite and counted as black.
+    pub rejected: u64,
+    /// Seconds spent in passes.
+    pub seconds: f64,
+}
+
+/// What a pass did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// It is in the film.
+    Added,
+}
+
+/// A render in progress.
+pub struct Session {
+    runtime: Runtime,
+    scene: Scene,
+    device_scene: DeviceScene,
+    settings: Settings,
+    budget: PhotonBudget,
+    state: FilmState,
+    frame: Frame,
+    statistics: Statistics,
+}
+
+impl Session {
+    /// Uploads the scene and records the pass.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a camera that does not exist, [`Error::OutOfMemory`] for what does not fit the device.
+    pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
+        if settings.camera >= scene.cameras.len() {
+            return Err(Error::Usage(format!(
+                "camera {} of {}: there are {}",
+                settings.camera,
+                scene.path.display(),
+                scene.cameras.len()
+            )));
+        }
+        let device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        let budget = budget(&device_scene, &settings);
+        let state = FilmState::new(runtime, &settings, slots_per_pixel(&device_scene))?;
+        let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
+        let statistics =
+            Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
+        Ok(Self { runtime: runtime.clone(), scene, device_scene, settings, budget, state, frame, statistics })
+    }
+
+    /// Renders the pass with this global index and adds it to the film. Its content depends on nothing but the scene, the
+    /// settings and the index.
+    pub fn run_pass(&mut self, index: u64) -> Result<Outcome> {
+        let start = Instant::now();
+        let pass = Pass {
+            index: index as u32,
+            seed: self.settings.seed ^ ((index >> 32) as u32).wrapping_mul(0x9e37_79b9),
+            radius_scale: self.settings.radius_scale(index),
+            reserved: 0,
+        };
+        loop {
+            self.frame.executable.write(&self.frame.pass, &[pass]);
+            self.frame.executable.run()?;
+            let overflow = self.first(self.frame.reports.overflow.as_ref());
+            if overflow == 0 {
+                break;
+            }
+            self.grow(overflow)?;
+        }
+        self.count(start);
+        Ok(Outcome::Added)
+    }
+
+    fn first(&self, readback: Option<&crate::graph::Readback<u32>>) -> u64 {
+        readback.map_or(0, |r| u64::from(self.frame.executable.read(r)[0]))
+    }
+
+    /// Makes room for deposits that did not fit; the pass was not added and is repeated.
+    fn grow(&mut self, overflow: u64) -> Result<()> {
+        let wanted = (u64::from(self.budget.capacity) + overflow) * 5 / 4;
+        if wanted > u64::from(MOST_DEPOSITS) {
+            return Err(Error::OutOfMemory {
+                object: "photon map".into(),
+                bytes: wanted * 64,
+                advice: format!("a pass stores at most {MOST_DEPOSITS} photons; lower --photons"),
+            });
+        }
+        self.statistics.repeated += 1;
+        self.budget.capacity = wanted as u32;
+        let content = (&self.scene, &self.device_scene);
+        self.frame = Frame::new(&self.runtime, content, &self.settings, &self.budget, &self.state)?;
+        Ok(())
+    }
+
+    fn count(&mut self, start: Instant) {
+        let reports = &self.frame.reports;
+        let sum = |list: &[crate::graph::Readback<u32>]| list.iter().map(|r| self.first(Some(r))).sum::<u64>();
+        let (photons_truncated, eye_truncated) = (sum(&reports.truncated), sum(&reports.eye_truncated));
+        let deposits = self.first(reports.deposits.as_ref());
+        let counters = reports.counters.as_ref().map(|r| self.frame.executable.read(r)).unwrap_or_default();
+        let s = &mut self.statistics;
+        s.passes += 1;
+        s.photons += self.budget.emissions.iter().map(|e| u64::from(e.count)).sum::<u64>();
+        s.deposits += deposits;
+        s.photons_truncated += photons_truncated;
+        s.eye_paths_truncated += eye_truncated;
+        for ((_, total), value) in s.counters.iter_mut().zip(counters) {
+            *total += u64::from(value);
+        }
+        s.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// The scene that is rendered.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene on the device.
+    pub fn device_scene(&self) -> &DeviceScene {
+        &self.device_scene
+    }
+
+    /// Photons emitted per pass, caustic ones and others.
+    pub fn photons_per_pass(&self) -> (u32, u32) {
+        let of = |caustic: bool| self.budget.emissions.iter().filter(|e| e.caustic == caustic).map(|e| e.count).sum();
+        (of(true), of(false))
+    }
+
+    /// Times of the scopes of the last pass.
+    pub fn timings(&self) -> Vec<Timing> {
+        self.frame.executable.timings()
+    }
+
+    /// The plan of a pass as text.
+    pub fn plan_text(&self) -> &str {
+        &self.frame.dump
+    }
+
+    /// Passes of the plan (dispatches, fills, copies).
+    pub fn plan_passes(&self) -> usize {
+        self.frame.dispatches
+    }
+
+    /// Bytes of transients on the device.
+    pub fn transient_bytes(&self) -> u64 {
+        self.frame.executable.device_bytes()
+    }
+
+    /// Counts so far.
+    pub fn statistics(&self) -> Result<Statistics> {
+        let rejected = u64::from(self.runtime.download(&self.state.rejected)?[0]);
+        Ok(Statistics { rejected, ..self.statistics.clone() })
+    }
+
+    /// The mean of all passes: beauty, and the layers if the settings ask for them. Black before the first pass.
+    pub fn picture(&self) -> Result<Picture> {
+        let mut picture = Picture::new(self.settings.width, self.settings.height);
+        let scale = 1.0 / self.statistics.passes.max(1) as f64;
+        let pixels = self.settings.pixels() as usize;
+        let mut beauty = Vec::with_capacity(3 * pixels);
+        let mut layers: [Vec<f32>; 6] = Default::default();
+        for band in &self.state.bands {
+            for pixel in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize) {
+                beauty.extend((0..3).map(|k| ((f64::from(pixel[k]) + f64::from(pixel[k + 3])) * scale) as f32));
+            }
+            if self.settings.layers {
+                for pixel in self.runtime.download(&band.layers)?.chunks(LAYER_VECTORS as usize) {
+                    add_layers(&mut layers, pixel, scale);
+                }
+            }
+        }
+        picture.push("", Channels::Rgb, beauty);
+        if self.settings.layers {
+            let kinds = [
+                ("albedo", Channels::Rgb),
+                ("normal", Channels::Vector),
+                ("depth", Channels::Scalar),
+                ("direct", Channels::Rgb),
+                ("indirect", Channels::Rgb),
+                ("caustic", Channels::Rgb),
+            ];
+            for ((name, channels), data) in kinds.into_iter().zip(layers) {
+                picture.push(name, channels, data);
+            }
+        }
+        Ok(picture)
+    }
+
+    /// Per pixel and channel: sum and sum of squares of the passes, in double precision.
+    pub fn moments(&self) -> Result<Vec<[f64; 6]>> {
+        let mut moments = Vec::with_capacity(self.settings.pixels() as usize);
+        for band in &self.state.bands {
+            for pixel in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize) {
+                let pair = |k: usize| f64::from(pixel[k]) + f64::from(pixel[k + 3]);
+                moments.push([pair(0), pair(1), pair(2), pair(6), pair(7), pair(8)]);
+            }
+        }
+        Ok(moments)
+    }
+}
+
+/// One pixel's layer sums (high and low parts in turn) as means.
+fn add_layers(layers: &mut [Vec<f32>; 6], pixel: &[[f32; 4]], scale: f64) {
+    let sum = |layer: usize, k: usize| f64::from(pixel[2 * layer][k]) + f64::from(pixel[2 * layer + 1][k]);
+    for (layer, data) in layers.iter_mut().enumerate() {
+        match layer {
+            1 => {
+                let normal = [sum(1, 0), sum(1, 1), sum(1, 2)];
+                let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+                data.extend(normal.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 }));
+            }
+            2 => {
+                // The mean over the samples that met a surface; infinity where none did.
+                let covered = sum(2, 1);
+                data.push(if covered > 0.0 { (sum(2, 0) / covered) as f32 } else { f32::INFINITY });
+            }
+            _ => data.extend((0..3).map(|k| (sum(layer, k) * scale) as f32)),
+        }
+    }
+}
+
+/// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
+fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
+    let total = settings.photons.unwrap_or_else(|| (settings.pixels() * 2).clamp(1 << 16, 1 << 19));
+    if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
+        return PhotonBudget { emissions: vec![], capacity: 0 };
+    }
+    let global = |count: u32| Emission {
+        count,
+        caustic: false,
+        smoothing: settings.global_smoothing,
+        max_bounces: settings.photon_bounces,
+    };
+    let caustic_count = total / 2;
+    let emissions = if device.caster_count > 0 && caustic_count > 0 {
+        let caustic = Emission {
+            count: caustic_count,
+            caustic: true,
+            smoothing: settings.caustic_smoothing,
+            max_bounces: settings.photon_bounces.min(settings.eye_depth),
+        };
+        vec![caustic, global(total - caustic_count)]
+    } else {
+        vec![global(total)]
+    };
+    let capacity = u64::from(total) * 2;
+    PhotonBudget { emissions, capacity: capacity.min(u64::from(MOST_DEPOSITS)) as u32 }
+}

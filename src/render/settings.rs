@@ -1,0 +1,106 @@
+//! What a render needs to know besides the scene.
+
+/// Settings of a session. The defaults suit every scene: none has to be tuned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// Index of the camera.
+    pub camera: usize,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// Photons emitted per pass over both classes; `None` chooses by the image size.
+    pub photons: Option<u32>,
+    /// Epanechnikov kernel if true, constant otherwise.
+    pub epanechnikov: bool,
+    /// Whether layers (albedo, normal, depth, direct, indirect, caustic) are kept.
+    pub layers: bool,
+    /// Surfaces that an eye path may meet after its first.
+    pub eye_depth: u32,
+    /// Surfaces that a photon may meet.
+    pub photon_bounces: u32,
+    /// Smoothing factor s of caustic photons (Fabianowski and Dingliana 2009, end of section 4).
+    pub caustic_smoothing: f32,
+    /// Smoothing factor of all other photons.
+    pub global_smoothing: f32,
+    /// Exponent of the radius schedule (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in pass i.
+    pub alpha: f64,
+    /// Photons in a leaf of the photon map at most.
+    pub leaf_photons: u32,
+    /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
+    pub full_program: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            width: 640,
+            height: 480,
+            camera: 0,
+            seed: 0,
+            photons: None,
+            epanechnikov: true,
+            layers: false,
+            eye_depth: 24,
+            photon_bounces: 48,
+            caustic_smoothing: 3.0,
+            global_smoothing: 4.0,
+            alpha: 2.0 / 3.0,
+            leaf_photons: 8,
+            full_program: false,
+        }
+    }
+}
+
+impl Settings {
+    /// Pixels of the image.
+    pub fn pixels(&self) -> u32 {
+        self.width * self.height
+    }
+
+    /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1
+    /// to `index`, in closed form by the gamma function, so that any pass can be computed on its own.
+    pub fn radius_scale(&self, index: u64) -> f32 {
+        // prod_{k=1}^{i} (k + a)/(k + 1) = Gamma(i + 1 + a) / Gamma(1 + a) * Gamma(2) / Gamma(i + 2)
+        let i = index as f64;
+        let log_ratio = ln_gamma(i + 1.0 + self.alpha) - ln_gamma(1.0 + self.alpha) - ln_gamma(i + 2.0);
+        (0.5 * log_ratio).exp() as f32
+    }
+}
+
+/// Natural logarithm of the gamma function for x >= 1: Stirling's series after moving the argument beyond 16.
+fn ln_gamma(x: f64) -> f64 {
+    let mut shift = 0.0;
+    let mut x = x;
+    while x < 16.0 {
+        shift += x.ln();
+        x += 1.0;
+    }
+    let (inverse, square) = (1.0 / x, 1.0 / (x * x));
+    let series = inverse * (1.0 / 12.0 - square * (1.0 / 360.0 - square * (1.0 / 1260.0 - square / 1680.0)));
+    (x - 0.5) * x.ln() - x + 0.5 * (2.0 * std::f64::consts::PI).ln() + series - shift
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Case 25 of the extreme cases: the closed form equals the product in double precision.
+    #[test]
+    fn radius_schedule_equals_the_product() {
+        let settings = Settings::default();
+        let mut squared = 1.0f64;
+        for index in 0..1_000_001u64 {
+            if index > 0 {
+                squared *= (index as f64 + settings.alpha) / (index as f64 + 1.0);
+            }
+            if index < 100 || index % 99_991 == 0 || index == 1_000_000 {
+                let relative = f64::from(settings.radius_scale(index)) / squared.sqrt() - 1.0;
+                assert!(relative.abs() < 1e-6, "pass {index}: off by {relative}");
+            }
+        }
+        assert!((f64::from(settings.radius_scale(10)) - squared.sqrt()).abs() > 1e-3, "the check can fail");
+    }
+}

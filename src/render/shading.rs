@@ -1,0 +1,121 @@
+//! Vertex attributes and textures as the kernels read them.
+
+use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
+use crate::kernels::scene_data::Variant;
+use crate::scene::{Material, Scene, Texture, TextureRef, Wrap};
+
+const MATERIAL_VOLUME: u32 = 1;
+const MATERIAL_UNLIT: u32 = 2;
+const NO_TEXTURE: u32 = u32::MAX;
+const TEXTURE_LINEAR: u32 = 16;
+const TEXTURE_SRGB: u32 = 32;
+const TEXTURE_UV1: u32 = 64;
+
+/// Vertex attributes of each triangle of `order`, laid out by `variant` (glsl/lib/scene_bindings.glsl).
+pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32; 4]> {
+    let geometry = &scene.geometry;
+    let stride = variant.shading_stride as usize;
+    let mut data = vec![[0.0; 4]; (order.len() * stride).max(1)];
+    for (at, &id) in order.iter().enumerate() {
+        let corners = geometry.triangles[id as usize].map(|corner| corner as usize);
+        let vectors = &mut data[at * stride..(at + 1) * stride];
+        for (k, &corner) in corners.iter().enumerate() {
+            let [x, y, z] = geometry.normals[corner];
+            let uv0 = geometry.uvs[0].get(corner).copied().unwrap_or_default();
+            vectors[k] = [x, y, z, uv0[0]];
+            if variant.uv0_at > 0 {
+                vectors[variant.uv0_at as usize][k] = uv0[1];
+            }
+            if variant.uv1_at > 0 {
+                let uv1 = geometry.uvs[1].get(corner).copied().unwrap_or_default();
+                let place = &mut vectors[variant.uv1_at as usize + k / 2];
+                place[2 * (k % 2)] = uv1[0];
+                place[2 * (k % 2) + 1] = uv1[1];
+            }
+            if variant.color_at > 0 {
+                vectors[variant.color_at as usize + k] = geometry.colors.get(corner).copied().unwrap_or([1.0; 4]);
+            }
+            if variant.tangent_at > 0 {
+                let tangent = geometry.tangents.get(corner).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]);
+                vectors[variant.tangent_at as usize + k] = tangent;
+            }
+        }
+    }
+    data
+}
+
+/// Materials, texture uses and texels.
+pub struct Textures {
+    pub materials: Vec<DeviceMaterial>,
+    pub uses: Vec<TextureUse>,
+    pub texels: Vec<u32>,
+}
+
+impl Textures {
+    /// Packs the images that materials use, one after the other.
+    pub fn of(scene: &Scene) -> Self {
+        let mut packed = Self { materials: vec![], uses: vec![], texels: vec![] };
+        let mut first_texel = vec![None; scene.images.len()];
+        for material in &scene.materials {
+            let converted = packed.material(scene, material, &mut first_texel);
+            packed.materials.push(converted);
+        }
+        packed
+    }
+
+    fn material(&mut self, scene: &Scene, m: &Material, first: &mut [Option<u32>]) -> DeviceMaterial {
+        let mut texture = |reference: &Option<TextureRef>, srgb: bool| match reference {
+            Some(reference) => self.texture(scene, reference, srgb, first),
+            None => NO_TEXTURE,
+        };
+        DeviceMaterial {
+            base_color: [m.base_color[0], m.base_color[1], m.base_color[2]],
+            base_alpha: m.base_color[3],
+            emissive: m.emissive,
+            metallic: m.metallic,
+            specular_color: m.specular_color,
+            specular: m.specular,
+            absorption: m.absorption,
+            roughness: m.roughness,
+            transmission: m.transmission,
+            ior: m.ior,
+            normal_scale: m.normal_scale,
+            alpha_cutoff: m.alpha_cutoff.unwrap_or(-1.0),
+            flags: if m.volume { MATERIAL_VOLUME } else { 0 } | if m.unlit { MATERIAL_UNLIT } else { 0 },
+            base_color_texture: texture(&m.base_color_texture, true),
+            metallic_roughness_texture: texture(&m.metallic_roughness_texture, false),
+            normal_texture: texture(&m.normal_texture, false),
+            emissive_texture: texture(&m.emissive_texture, true),
+            transmission_texture: texture(&m.transmission_texture, false),
+            specular_texture: texture(&m.specular_texture, false),
+            reserved: 0,
+        }
+    }
+
+    fn texture(&mut self, scene: &Scene, reference: &TextureRef, srgb: bool, first: &mut [Option<u32>]) -> u32 {
+        let Texture { image, wrap, linear } = scene.textures[reference.texture as usize];
+        let source = &scene.images[image as usize];
+        let first_texel = *first[image as usize].get_or_insert_with(|| {
+            let at = self.texels.len() as u32;
+            self.texels.extend(source.rgba.iter().map(|texel| u32::from_le_bytes(*texel)));
+            at
+        });
+        let mode = |wrap: Wrap| match wrap {
+            Wrap::Repeat => 0,
+            Wrap::Clamp => 1,
+            Wrap::Mirror => 2,
+        };
+        let mut flags = mode(wrap[0]) | (mode(wrap[1]) << 2);
+        flags |= if linear { TEXTURE_LINEAR } else { 0 } | if srgb { TEXTURE_SRGB } else { 0 };
+        flags |= if reference.uv_set == 1 { TEXTURE_UV1 } else { 0 };
+        self.uses.push(TextureUse {
+            first_texel,
+            width: source.width,
+            height: source.height,
+            flags,
+            row_u: reference.transform[0],
+            row_v: reference.transform[1],
+        });
+        self.uses.len() as u32 - 1
+    }
+}

@@ -1,0 +1,223 @@
+//! A scene on the device: tree, attributes, lights, casters, and the variant of the kernels that it needs.
+
+use super::casters::{casters, is_specular};
+use super::lights::LightTable;
+use super::settings::Settings;
+use super::shading::{Textures, vertex_data};
+use crate::error::{Error, Result};
+use crate::graph::{Graph, Lanes, Persistent, Runtime};
+use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
+use crate::kernels::generated::{BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse};
+use crate::kernels::scene_data::{SceneBuffers, Variant};
+use crate::scene::{Needs, Projection, Scene};
+use crate::vk::DeviceKind;
+
+/// A scene in device memory.
+pub struct DeviceScene {
+    nodes: Persistent<BvhNode>,
+    triangles: Persistent<BvhTriangle>,
+    shading_data: Persistent<[f32; 4]>,
+    materials: Persistent<Material>,
+    texture_uses: Persistent<TextureUse>,
+    texels: Persistent<u32>,
+    lights: Persistent<Light>,
+    globals: Persistent<Globals>,
+    environment: Persistent<[f32; 4]>,
+    environment_cdf: Persistent<f32>,
+    casters: Persistent<Caster>,
+    /// What the kernels are specialised for.
+    pub variant: Variant,
+    /// Number of lights, emissive triangles counted one by one.
+    pub light_count: u32,
+    /// Number of spheres that caustic photons are aimed at; 0: no caustics.
+    pub caster_count: u32,
+    /// Triangles in the tree.
+    pub triangle_count: u32,
+    /// Triangles without area or with coordinates that are not finite, left out of the tree.
+    pub skipped_triangles: u32,
+    /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
+    pub(super) fences: bool,
+    /// What kind of device it is.
+    pub(super) lanes: Lanes,
+    /// Bytes on the device.
+    pub bytes: u64,
+}
+
+impl DeviceScene {
+    /// Builds and uploads. `full` keeps every feature in the kernels.
+    pub fn new(runtime: &Runtime, scene: &Scene, full: bool) -> Result<Self> {
+        let geometry = &scene.geometry;
+        let bvh = build_sah(&geometry.positions, &geometry.triangles);
+        check_size(runtime, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
+        let triangles = pack_triangles(&geometry.positions, &geometry.triangles, &bvh.order, |id| {
+            let material = geometry.material[id as usize];
+            let masked = scene.materials[material as usize].alpha_cutoff.is_some();
+            TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
+        });
+        let bounds = scene.bounds();
+        let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let table = LightTable::of(scene, &bvh.order, f64::from(radius));
+        let used = |m: usize| geometry.material.contains(&(m as u32));
+        let any_specular = scene.materials.iter().enumerate().any(|(i, m)| is_specular(m) && used(i));
+        let casters = if any_specular { casters(scene) } else { vec![] };
+        let variant = variant(scene, &table, full);
+        let shading = vertex_data(scene, &bvh.order, &variant);
+        check_size(runtime, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
+        let textures = Textures::of(scene);
+        check_size(runtime, scene, "textures", textures.texels.len() as u64 * 4)?;
+        let (width, height) = scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
+        let globals = Globals {
+            center,
+            radius,
+            light_count: table.lights.len() as u32,
+            caster_count: casters.len() as u32,
+            environment_width: if table.has_environment { width } else { 0 },
+            environment_height: if table.has_environment { height } else { 0 },
+            ..Globals::default()
+        };
+        let mut device = Self {
+            nodes: runtime.persistent_from("nodes", &bvh.nodes)?,
+            triangles: at_least_one(runtime, "triangles", &triangles)?,
+            shading_data: at_least_one(runtime, "shading_data", &shading)?,
+            materials: at_least_one(runtime, "materials", &textures.materials)?,
+            texture_uses: at_least_one(runtime, "texture_uses", &textures.uses)?,
+            texels: at_least_one(runtime, "texels", &textures.texels)?,
+            lights: at_least_one(runtime, "lights", &table.lights)?,
+            globals: runtime.persistent_from("globals", &[globals])?,
+            environment: at_least_one(runtime, "environment", &table.environment)?,
+            environment_cdf: at_least_one(runtime, "environment_cdf", &table.environment_cdf)?,
+            casters: at_least_one(runtime, "casters", &casters)?,
+            variant,
+            light_count: table.lights.len() as u32,
+            caster_count: casters.len() as u32,
+            triangle_count: triangles.len() as u32,
+            skipped_triangles: bvh.skipped,
+            fences: runtime.device().loop_limit().is_none(),
+            lanes: if runtime.device().info().kind == DeviceKind::Software { Lanes::Cpu } else { Lanes::Gpu },
+            bytes: 0,
+        };
+        device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();
+        Ok(device)
+    }
+
+    /// Name and size in bytes of every buffer.
+    pub fn sizes(&self) -> Vec<(&'static str, u64)> {
+        vec![
+            ("tree nodes", self.nodes.bytes()),
+            ("triangles", self.triangles.bytes()),
+            ("vertex attributes", self.shading_data.bytes()),
+            ("materials", self.materials.bytes() + self.texture_uses.bytes()),
+            ("textures", self.texels.bytes()),
+            ("lights", self.lights.bytes()),
+            ("environment", self.environment.bytes() + self.environment_cdf.bytes()),
+            ("casters", self.casters.bytes()),
+        ]
+    }
+
+    /// Imports the scene into a graph; `pass` becomes an input of it.
+    pub(super) fn import(&self, g: &mut Graph, pass: Pass) -> (SceneBuffers, crate::graph::Input<Pass>) {
+        let (pass, input) = g.input("pass", &[pass]);
+        let buffers = SceneBuffers {
+            nodes: g.import_read(&self.nodes),
+            triangles: g.import_read(&self.triangles),
+            shading_data: g.import_read(&self.shading_data),
+            materials: g.import_read(&self.materials),
+            texture_uses: g.import_read(&self.texture_uses),
+            texels: g.import_read(&self.texels),
+            lights: g.import_read(&self.lights),
+            globals: g.import_read(&self.globals),
+            environment: g.import_read(&self.environment),
+            environment_cdf: g.import_read(&self.environment_cdf),
+            casters: g.import_read(&self.casters),
+            pass,
+        };
+        (buffers, input)
+    }
+}
+
+fn at_least_one<T: bytemuck::Pod>(runtime: &Runtime, name: &'static str, data: &[T]) -> Result<Persistent<T>> {
+    if data.is_empty() { runtime.persistent(name, 1) } else { runtime.persistent_from(name, data) }
+}
+
+/// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.
+fn check_size(runtime: &Runtime, scene: &Scene, what: &str, bytes: u64) -> Result<()> {
+    let limit = runtime.device().info().limits.storage_range;
+    if bytes <= limit {
+        return Ok(());
+    }
+    Err(Error::OutOfMemory {
+        object: format!("{what} of {}", scene.path.display()),
+        bytes,
+        advice: format!("this device binds {limit} bytes at once; reduce the scene's {what}"),
+    })
+}
+
+fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
+    let needs = Needs::of(scene);
+    let geometry = &scene.geometry;
+    let mut v = Variant {
+        textures: full || needs.textures,
+        normal_maps: full || needs.normal_maps,
+        alpha_mask: full || needs.alpha_mask,
+        glass: full || needs.transmission,
+        absorption: full || needs.absorption,
+        glossy: full || !needs.lambert_only,
+        environment: full || table.has_environment,
+        area_lights: full || table.has_triangles,
+        delta_lights: full || table.has_delta,
+        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene),
+        shading_stride: 3,
+        uv0_at: 0,
+        uv1_at: 0,
+        color_at: 0,
+        tangent_at: 0,
+    };
+    let mut place = |wanted: bool, vectors: u32| {
+        let at = v.shading_stride;
+        v.shading_stride += if wanted { vectors } else { 0 };
+        if wanted { at } else { 0 }
+    };
+    let uv0_at = place(!geometry.uvs[0].is_empty() && needs.uv_sets[0], 1);
+    let uv1_at = place(!geometry.uvs[1].is_empty() && needs.uv_sets[1], 2);
+    let color_at = place(!geometry.colors.is_empty(), 3);
+    let tangent_at = place(!geometry.tangents.is_empty() && needs.normal_maps, 3);
+    Variant { uv0_at, uv1_at, color_at, tangent_at, ..v }
+}
+
+/// Whether any vertex normal differs from its triangle's by more than rounding.
+fn has_smooth_normals(scene: &Scene) -> bool {
+    let g = &scene.geometry;
+    let vector = |v: [f32; 3]| glam::DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    g.triangles.iter().any(|corners| {
+        let [a, b, c] = corners.map(|corner| vector(g.positions[corner as usize]));
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        normal != glam::DVec3::ZERO
+            && corners.iter().any(|&corner| vector(g.normals[corner as usize]).dot(normal) < 1.0 - 1e-6)
+    })
+}
+
+/// The camera as the kernels read it.
+pub(super) fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> Camera {
+    let camera = &scene.cameras[settings.camera];
+    let (width, height) = (settings.width as f32, settings.height as f32);
+    let (half_width, half_height, orthographic) = match camera.projection {
+        Projection::Perspective { yfov, .. } => {
+            let half = (0.5 * yfov).tan();
+            (half * width / height, half, 0)
+        }
+        Projection::Orthographic { xmag: _, ymag } => (ymag * width / height, ymag, 1),
+    };
+    Camera {
+        position: camera.position,
+        width: settings.width,
+        right: camera.right.map(|x| x * half_width),
+        height: settings.height,
+        up: camera.up.map(|x| x * half_height),
+        orthographic,
+        forward: camera.forward,
+        slots,
+        first_pixel: 0,
+        pixels: 0,
+    }
+}
