@@ -213,7 +213,7 @@ impl Memory for Placed<'_> {
     fn store(&mut self, buffer: u32, value: u64) {
         let Some(range) = self.range(buffer) else { return self.outside.store(buffer, value) };
         self.begun[buffer as usize] = true;
-        range.for_each(|cell| drop(self.cells.insert(cell, (buffer, value))));
+        self.cells.extend(range.map(|cell| (cell, (buffer, value))));
     }
 }
 

@@ -4,7 +4,7 @@ mod graph_support;
 
 use graph_support::{Fake, Wires, facts};
 use insta::assert_snapshot;
-use nephroid::graph::{DispatchArgs, Graph, Grid, KernelInfo, Persistent, Plan, PlanError, Window, Windows};
+use nephroid::graph::{DispatchArgs, Graph, Grid, KernelInfo, Lanes, Persistent, Plan, PlanError, Window, Windows};
 use nephroid::kernels::{Items, compact, scan};
 
 static MAKE: KernelInfo = facts("make");
@@ -151,7 +151,7 @@ fn transients_beyond_an_arena_open_another_one() {
 
 #[test]
 fn indirect_arguments_order_passes_like_any_read() {
-    let mut g = Graph::new();
+    let mut g = Graph::new().with_lanes(Lanes::Gpu);
     let (mut flags, mut result) = (g.buffer("flags", 5000), g.buffer::<u32>("result", 5000));
     g.fill(&mut flags, 1);
     let survivors = compact::indices(&mut g, Items::All, &flags, 64);
@@ -186,7 +186,7 @@ fn indirect_arguments_order_passes_like_any_read() {
 
 #[test]
 fn a_scan_is_three_dispatches() {
-    let mut g = Graph::new();
+    let mut g = Graph::new().with_lanes(Lanes::Gpu);
     let (input, _) = g.input("input", &[1u32; 5000]);
     let (mut sums, mut total) = (g.buffer("sums", 5000), g.buffer("total", 1));
     g.scope("offsets", |g| scan::exclusive(g, Items::All, &input, &mut sums, &mut total));
