@@ -274,7 +274,7 @@ fn a_grid_beyond_65535_groups_reaches_every_item() {
     executable.run().unwrap();
     let wrong = |(i, &x): (usize, &u32)| x != if i < items as usize { i as u32 + 5 } else { 0 };
     let data = executable.read(&result);
-    assert_eq!(data.iter().enumerate().position(|pair| wrong(pair)), None);
+    assert_eq!(data.iter().enumerate().position(wrong), None);
 }
 
 /// Two element-wise dispatches over `items` items in windows of at most `limit` bytes, and how many windows there were.

@@ -162,11 +162,11 @@ fn indirect_arguments_order_passes_like_any_read() {
     phase 0
       fill 0x1 -> flags
     phase 1
-      compact: scan_reduce [3 x 1] #0=1 <- item_count, flags -> scan_partial
+      compact: scan_reduce [3 x 1] #0=1 #8=8 <- item_count, flags -> scan_partial
     phase 2
       compact: scan_spine [1 x 1] -> scan_partial, survivor_count
     phase 3
-      compact: compact_scatter [3 x 1] <- item_count, flags, scan_partial -> survivors
+      compact: compact_scatter [3 x 1] #8=8 <- item_count, flags, scan_partial -> survivors
       compact: dispatch_args [1 x 1] #0=64 <- survivor_count -> dispatch_args
     phase 4
       step [by dispatch_args] <- survivors, dispatch_args -> result
@@ -193,11 +193,11 @@ fn a_scan_is_three_dispatches() {
     g.readback(&sums);
     assert_snapshot!(g.plan().unwrap().dump(), @r#"
     phase 0
-      offsets/scan: scan_reduce [3 x 1] #0=0 <- item_count, input -> scan_partial
+      offsets/scan: scan_reduce [3 x 1] #0=0 #8=8 <- item_count, input -> scan_partial
     phase 1
       offsets/scan: scan_spine [1 x 1] -> scan_partial, total
     phase 2
-      offsets/scan: scan_apply [3 x 1] <- item_count, input, scan_partial -> sums
+      offsets/scan: scan_apply [3 x 1] #8=8 <- item_count, input, scan_partial -> sums
     phase 3
       readback <- sums
     memory
