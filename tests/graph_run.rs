@@ -14,8 +14,8 @@ use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use graph_support::Wires;
 use nephroid::error::Error;
 use nephroid::graph::{
-    Buf, DispatchArgs, Executable, Graph, Grid, Kernel, KernelInfo, Operation, Plan, Runtime, Spirv, Timing, Windows,
-    chrome_trace,
+    Buf, DispatchArgs, Executable, Graph, Grid, Kernel, KernelInfo, Operation, Plan, Runtime, Spirv, Timing, Window,
+    Windows, chrome_trace,
 };
 use nephroid::vk::{Device, DeviceOptions};
 
@@ -278,14 +278,15 @@ fn a_grid_beyond_65535_groups_reaches_every_item() {
 }
 
 /// Two element-wise dispatches over `items` items in windows of at most `limit` bytes, and how many windows there were.
-fn in_windows(runtime: &Runtime, items: u32, limit: Option<u64>) -> (Vec<u32>, usize) {
+/// `first` is what the kernel is told of a window's first item.
+fn in_windows(runtime: &Runtime, items: u32, limit: Option<u64>, first: fn(Window) -> u32) -> (Vec<u32>, usize) {
     let memory = runtime.persistent::<u32>("data", items).unwrap();
     let mut g = Graph::new();
     limit.into_iter().for_each(|limit| g.limit_windows(limit));
     let mut data = g.import(&memory);
     for round in 1..3 {
         let split = Windows { items, bindings: &[0] };
-        g.dispatch_windows(*MIX, split, |w| [w.first, w.count, round], Wires::new().write(&mut data));
+        g.dispatch_windows(*MIX, split, |w| [first(w), w.count, round], Wires::new().write(&mut data));
     }
     g.keep(&data);
     let plan = g.plan().unwrap();
@@ -305,18 +306,20 @@ fn windows_reference(i: u32) -> u32 {
 fn windows_give_the_same_as_the_whole() {
     let runtime = runtime();
     for items in [0, 1, 255, 256, 257, 10_000] {
-        let (whole, one) = in_windows(&runtime, items, None);
-        let (split, many) = in_windows(&runtime, items, Some(1024));
+        let (whole, one) = in_windows(&runtime, items, None, |w| w.first);
+        let (split, many) = in_windows(&runtime, items, Some(1024), |w| w.first);
         assert_eq!((one, many), (1, items.div_ceil(256).max(1) as usize));
         assert!(whole == split, "{items} items");
         assert!(whole.iter().zip(0..).all(|(&x, i)| x == windows_reference(i)), "{items} items");
     }
+    let whole = |limit| in_windows(&runtime, 10_000, limit, |_| 0).0;
+    assert!(whole(None) != whole(Some(1024)), "windows at the wrong place go unnoticed");
 }
 
 #[test]
 fn a_buffer_beyond_one_binding_works_in_windows() {
     let items = 40 << 20; // 160 MiB
-    let (data, windows) = in_windows(&runtime(), items, None);
+    let (data, windows) = in_windows(&runtime(), items, None, |w| w.first);
     assert_eq!(windows, 2);
     assert_eq!(data.iter().zip(0..).position(|(&x, i)| x != windows_reference(i)), None);
 }
