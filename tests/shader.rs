@@ -124,6 +124,17 @@ fn access_bindings_parameters_and_constants_are_reflected() {
 }
 
 #[test]
+fn a_buffer_is_bound_although_only_its_length_is_used() {
+    let kernel = kernel(
+        "layout(set = 0, binding = 0, scalar) readonly buffer Source { uint source[]; };
+         layout(set = 0, binding = 1, scalar) writeonly buffer Target { uint target[]; };
+         void main() { target[0] = uint(source.length()); }",
+    );
+    let names: Vec<_> = kernel.expect("a sound kernel").bindings.into_iter().map(|binding| binding.name).collect();
+    assert_eq!(names, ["source", "target"]);
+}
+
+#[test]
 fn workgroup_sizes_are_literals() {
     let sized = |layout: &str| {
         let text = format!(
