@@ -21,15 +21,19 @@ vec3 environment_radiance(vec3 d) { // bilinear
     vec2 p = environment_uv(d) * vec2(globals[0].environment_width, globals[0].environment_height) - 0.5;
     vec2 base = floor(p);
     vec2 f = p - base;
-    int x = int(base.x), y = int(base.y);
-    vec3 low = mix(environment_texel(x, y), environment_texel(x + 1, y), f.x);
-    return mix(low, mix(environment_texel(x, y + 1), environment_texel(x + 1, y + 1), f.x), f.y);
+    vec3 sum = vec3(0.0);
+    [[dont_unroll]] for (int k = 0; k < 4; ++k) {
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        vec2 w = mix(1.0 - f, f, equal(corner, ivec2(1)));
+        sum += environment_texel(int(base.x) + corner.x, int(base.y) + corner.y) * (w.x * w.y);
+    }
+    return sum;
 }
 
 // First entry of environment_cdf[first, first + count) above u.
 uint environment_search(uint first, uint count, float u) {
     uint low = 0u, high = count - 1u;
-    for (int step = 0; step < 24 && low < high; ++step) {
+    while (low < high) {
         uint middle = (low + high) >> 1;
         if (environment_cdf[first + middle] > u) high = middle;
         else low = middle + 1u;

@@ -3,7 +3,7 @@
 // First light whose cumulative probability is above u; u becomes uniform again inside of the chosen interval.
 uint choose_light(inout float u) {
     uint low = 0u, high = globals[0].light_count - 1u;
-    for (int step = 0; step < 32 && low < high; ++step) {
+    while (low < high) {
         uint middle = (low + high) >> 1;
         if (lights[middle].cumulative > u) high = middle;
         else low = middle + 1u;

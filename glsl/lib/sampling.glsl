@@ -32,7 +32,7 @@ uint owen(uint x, uint seed) {
 uint sobol1(uint index) { // second dimension of the Sobol sequence
     uint x = 0u;
     uint direction = 0x80000000u;
-    for (int bit = 0; bit < 32; ++bit) {
+    while (index != 0u) {
         x ^= (index & 1u) != 0u ? direction : 0u;
         index >>= 1;
         direction ^= direction >> 1;

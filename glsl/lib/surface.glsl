@@ -67,17 +67,46 @@ vec3 emission_at(uint triangle, vec2 barycentric) {
     return emission;
 }
 
-void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec2 uv0, vec2 uv1) {
+// Texture values of a material; one where there is none.
+struct MaterialTexels {
+    vec4 base;
+    vec4 metallic_roughness;
+    vec4 normal;
+    vec4 emissive;
+    vec4 transmission;
+    vec4 specular;
+};
+
+// One lookup in a loop over the material's textures instead of six copies of it.
+MaterialTexels material_texels(Material m, vec2 uv0, vec2 uv1) {
+    MaterialTexels x = MaterialTexels(vec4(1.0), vec4(1.0), vec4(1.0), vec4(1.0), vec4(1.0), vec4(1.0));
+    if (!TEXTURES) return x;
+    [[dont_unroll]] for (uint k = 0u; k < 6u; ++k) {
+        uint use = k == 0u ? m.base_color_texture : k == 1u ? m.metallic_roughness_texture : k == 2u ? m.normal_texture
+            : k == 3u ? m.emissive_texture : k == 4u ? m.transmission_texture : m.specular_texture;
+        vec4 value = vec4(1.0);
+        if (use != NO_TEXTURE) value = sample_texture(use, uv0, uv1);
+        x.base = k == 0u ? value : x.base;
+        x.metallic_roughness = k == 1u ? value : x.metallic_roughness;
+        x.normal = k == 2u ? value : x.normal;
+        x.emissive = k == 3u ? value : x.emissive;
+        x.transmission = k == 4u ? value : x.transmission;
+        x.specular = k == 5u ? value : x.specular;
+    }
+    return x;
+}
+
+void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec3 map) {
     vec4 tangent = interpolate_tangent(at, b);
     vec3 t = unit_or(tangent.xyz - s.shading * dot(s.shading, tangent.xyz), vec3(0.0));
     vec3 bitangent = cross(s.shading, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
-    vec3 texel = sample_texture(m.normal_texture, uv0, uv1).xyz * 2.0 - 1.0;
+    vec3 texel = map * 2.0 - 1.0;
     vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + s.shading * texel.z;
     s.shading = unit_or(n, s.shading);
 }
 
-void apply_material(inout Surface s, Material m, vec4 color, vec2 uv0, vec2 uv1) {
-    vec4 base = vec4(m.base_color, m.base_alpha) * color * texture_or_one(m.base_color_texture, uv0, uv1);
+void apply_material(inout Surface s, Material m, vec4 color, MaterialTexels x) {
+    vec4 base = vec4(m.base_color, m.base_alpha) * color * x.base;
     base.rgb = clamp(base.rgb, 0.0, 1.0);
     s.opacity = ALPHA_MASK && m.alpha_cutoff >= 0.0 && base.a < m.alpha_cutoff ? 0.0 : 1.0;
     s.flags = m.flags;
@@ -85,16 +114,16 @@ void apply_material(inout Surface s, Material m, vec4 color, vec2 uv0, vec2 uv1)
         s.emission = base.rgb;
         return;
     }
-    s.emission = s.front ? m.emissive * texture_or_one(m.emissive_texture, uv0, uv1).rgb : vec3(0.0);
+    s.emission = s.front ? m.emissive * x.emissive.rgb : vec3(0.0);
     if (!GLOSSY) {
         s.diffuse = base.rgb * (1.0 - m.metallic);
         return;
     }
-    vec4 mr = texture_or_one(m.metallic_roughness_texture, uv0, uv1);
+    vec4 mr = x.metallic_roughness;
     float metallic = clamp(m.metallic * mr.b, 0.0, 1.0);
     s.alpha = sqr(clamp(m.roughness * mr.g, 0.0, 1.0));
-    float specular = m.specular * texture_or_one(m.specular_texture, uv0, uv1).a;
-    float transmission = GLASS ? m.transmission * texture_or_one(m.transmission_texture, uv0, uv1).r : 0.0;
+    float specular = m.specular * x.specular.a;
+    float transmission = GLASS ? m.transmission * x.transmission.r : 0.0;
     vec3 dielectric = min(sqr((m.ior - 1.0) / (m.ior + 1.0)) * m.specular_color, vec3(1.0)) * specular;
     s.f0 = mix(dielectric, base.rgb, metallic);
     s.f90 = mix(specular, 1.0, metallic);
@@ -124,13 +153,14 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     facet.dn2 = vec3(0.0);
     vec2 uv0 = interpolate_uv0(at, b), uv1 = interpolate_uv1(at, b);
     Material m = materials[s.material];
+    MaterialTexels texels_here = material_texels(m, uv0, uv1);
     if (SMOOTH_NORMALS) {
         vec3 n0 = shading_data[at].xyz, n1 = shading_data[at + 1u].xyz, n2 = shading_data[at + 2u].xyz;
         facet.normal = side * (b.x * n0 + b.y * n1 + b.z * n2);
         facet.dn1 = side * (n1 - n0);
         facet.dn2 = side * (n2 - n0);
         s.shading = unit_or(facet.normal, s.geometric);
-        if (NORMAL_MAPS && m.normal_texture != NO_TEXTURE) apply_normal_map(s, m, at, b, uv0, uv1);
+        if (NORMAL_MAPS && m.normal_texture != NO_TEXTURE) apply_normal_map(s, m, at, b, texels_here.normal.xyz);
         // A direction below the shading horizon sees the geometric surface.
         if (dot(s.shading, direction) > -1e-4) s.shading = s.geometric;
     }
@@ -141,7 +171,7 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     s.transmission = vec3(0.0);
     s.ior = 1.0;
     s.absorption = vec3(0.0);
-    apply_material(s, m, interpolate_color(at, b), uv0, uv1);
+    apply_material(s, m, interpolate_color(at, b), texels_here);
     return s;
 }
 

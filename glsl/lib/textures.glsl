@@ -27,14 +27,16 @@ vec4 sample_texture(uint use, vec2 uv0, vec2 uv1) {
     // Whole turns carry no information; dropping them keeps the conversion to integers in range.
     p -= vec2((t.flags & 3u) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.x), ((t.flags >> 2) & 3u) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.y));
     p = clamp(p, vec2(-4.0), vec2(4.0)) * vec2(t.width, t.height);
-    if ((t.flags & TEXTURE_LINEAR) == 0u) {
-        return fetch_texel(t, int(floor(p.x)), int(floor(p.y)));
-    }
-    p -= 0.5;
+    bool linear = (t.flags & TEXTURE_LINEAR) != 0u;
+    p -= linear ? 0.5 : 0.0;
     vec2 base = floor(p);
-    vec2 f = p - base;
-    int x = int(base.x), y = int(base.y);
-    vec4 low = mix(fetch_texel(t, x, y), fetch_texel(t, x + 1, y), f.x);
-    vec4 high = mix(fetch_texel(t, x, y + 1), fetch_texel(t, x + 1, y + 1), f.x);
-    return mix(low, high, f.y);
+    vec2 f = linear ? p - base : vec2(0.0);
+    vec4 sum = vec4(0.0);
+    // A loop, not four copies: software drivers compile for seconds what is inlined often.
+    [[dont_unroll]] for (int k = 0; k < 4; ++k) {
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        vec2 w = mix(1.0 - f, f, equal(corner, ivec2(1)));
+        sum += fetch_texel(t, int(base.x) + corner.x, int(base.y) + corner.y) * (w.x * w.y);
+    }
+    return sum;
 }

@@ -17,7 +17,7 @@ use super::generated::{LbvhPack, LbvhPackBindings, LbvhPackParams};
 use super::{Items, reduce, scan, sort};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Bits of a code that the sort looks at: 30 of position, one that moves degenerate boxes to the end.
+/// Bits of a code that the sort looks at: 30 of size and position, one that moves degenerate boxes to the end.
 const CODE_BITS: u32 = 31;
 
 /// Most inner nodes on a path from the root: along a path the common prefix of (code, index) grows with every node, and

@@ -18,20 +18,22 @@ pub struct Tree {
     pub degenerate: u32,
 }
 
-/// 30-bit Morton code of a box's centre, in cubic cells whose edge is a power of two.
+/// 30-bit code of a box: three bits of size, then the Morton code of its centre in cubic cells whose edge is a power of two.
 pub fn morton(b: &Aabb, scene: &Aabb) -> u32 {
     if !is_valid(b) {
         return NONE;
     }
     let longest = (0..3).map(|k| 0.5 * scene.max[k] - 0.5 * scene.min[k]).fold(0f32, f32::max);
     let exponent = ((longest.to_bits() >> 23) as i32 - 126).max(-100);
-    let cells = f32::from_bits(((127 + 10 - exponent) as u32) << 23);
+    let cells = f32::from_bits(((127 + 9 - exponent) as u32) << 23);
     let axis = |k: usize| {
         let offset = (0.25 * b.min[k] + 0.25 * b.max[k]) - 0.5 * scene.min[k];
-        (offset * cells).clamp(0.0, 1023.0) as u32
+        (offset * cells).clamp(0.0, 511.0) as u32
     };
     let (x, y, z) = (axis(0), axis(1), axis(2));
-    (0..10).fold(0, |code, bit| {
+    let half_size = (0..3).map(|k| 0.5 * b.max[k] - 0.5 * b.min[k]).fold(0f32, f32::max);
+    let class = (exponent - ((half_size.to_bits() >> 23) as i32 - 126) - 2).clamp(0, 7) as u32;
+    (0..9).fold(class << 27, |code, bit| {
         code | (x >> bit & 1) << (3 * bit) | (y >> bit & 1) << (3 * bit + 1) | (z >> bit & 1) << (3 * bit + 2)
     })
 }

@@ -35,20 +35,15 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
 
-vec3 semiaxis(vec3 dp, float spacing) {
-    float scale = params.smoothing * pass[0].radius_scale;
-    if (CAUSTIC) return scale * dp;
-    // The paper's trade-off for diffusely reflected photons, |dp|^(-3/4), with lengths in scene radii.
-    float raw = length(dp) / (spacing * globals[0].radius);
-    return raw > 0.0 ? dp * (scale * pow(raw, -0.75)) : vec3(0.0);
-}
-
 void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f) {
     if (!(-dot(d, s.geometric) > 1e-5)) {
         atomicAdd(counters[COUNT_GRAZING], 1u);
         return;
     }
-    Ellipse e = principal_axes(semiaxis(f.dp_u, photon_flux.w), semiaxis(f.dp_v, photon_flux.w), s.geometric);
+    // The paper's further factor |dp|^(-3/4) for diffusely reflected photons is left out: it has a unit of length, and no
+    // unit suits both a cup and the table that it stands on.
+    float scale = params.smoothing * pass[0].radius_scale;
+    Ellipse e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
     float unit = globals[0].radius * pass[0].radius_scale;
     float smallest = MIN_RADIUS * unit, largest = MAX_RADIUS * unit;
     if (!(e.longer < 3.0e38 && max_component(photon_flux.rgb) < 3.0e38)) {

@@ -33,7 +33,7 @@ layout(set = 0, binding = 20, scalar) writeonly buffer List { uint list[]; };
 
 uint choose_caster(inout float u) {
     uint low = 0u, high = globals[0].caster_count - 1u;
-    for (int step = 0; step < 32 && low < high; ++step) {
+    while (low < high) {
         uint middle = (low + high) >> 1;
         if (casters[middle].cumulative > u) high = middle;
         else low = middle + 1u;
