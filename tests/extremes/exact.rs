@@ -63,6 +63,21 @@ fn case_29_geometry_times_powers_of_two() {
     assert!(difference(&without_depth(&a), &without_depth(&b)).is_some(), "unscaled lights must be noticed");
 }
 
+/// Case 29 for the smallest footprints: the focus of a glass ball, where fourth powers of lengths are below the normal numbers.
+#[test]
+fn case_29_focus_times_powers_of_two() {
+    let mut scene = room(Material::lambert([0.5; 3]), vec![]);
+    scene.lights = vec![Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3] }];
+    scene.add(&Mesh::sphere([-1.0, 0.75, 0.7], 0.3, 48, 96), Material::glass(1.5));
+    let settings = Settings { caustic_smoothing: 0.5, global_smoothing: 0.5, ..settings(32, 24, 60_000) };
+    let expected = Shot::take(&scene, &settings, 0..1);
+    for k in [-24, -20, 20] {
+        let found = Shot::take(&in_other_units(&scene, k), &settings, 0..1);
+        assert_same(&without_depth(&found), &without_depth(&expected), &format!("2^{k}"));
+        assert_eq!(found.statistics.counters, expected.statistics.counters, "guards, 2^{k}");
+    }
+}
+
 /// Case 30: all light 2^k times as strong gives the picture times 2^k.
 #[test]
 fn case_30_light_times_powers_of_two() {
