@@ -9,7 +9,7 @@ use nephroid::scene::{Camera, Projection, Scene};
 use nephroid::vk::{Device, DeviceOptions};
 
 /// The device of this test process; one test at a time uses it.
-fn runtime() -> MutexGuard<'static, Runtime> {
+pub fn runtime() -> MutexGuard<'static, Runtime> {
     static RUNTIME: OnceLock<Mutex<Runtime>> = OnceLock::new();
     let runtime = RUNTIME.get_or_init(|| {
         let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());

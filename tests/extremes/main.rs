@@ -5,6 +5,7 @@
 //! a pixel that the film had to reject, and prints the guards that fired.
 
 mod degenerate;
+mod differentials;
 mod exact;
 mod lab;
 mod lambert;
