@@ -53,7 +53,11 @@ pub fn is_flat(geometry: &Geometry, id: u32) -> bool {
     let corners = geometry.triangles[id as usize];
     let [a, b, c] = corners.map(|corner| vector(geometry.positions[corner as usize]));
     let normal = (b - a).cross(c - a).normalize_or_zero();
-    let differs = |corner: &u32| vector(geometry.normals[*corner as usize]).dot(normal) < 1.0 - 1e-6;
+    // The sine of 1e-5 rad: rounding stays below it, and no tessellation of a curved mirror is so fine that it would count as flat.
+    let differs = |corner: &u32| {
+        let n = vector(geometry.normals[*corner as usize]);
+        n.dot(normal) < 0.0 || n.cross(normal).length() > 1e-5
+    };
     normal == glam::DVec3::ZERO || !corners.iter().any(differs)
 }
 

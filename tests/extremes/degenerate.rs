@@ -66,7 +66,10 @@ fn assert_black(shot: &Shot, what: &str) {
 /// Case 40: scenes without triangles, with every light.
 #[test]
 fn case_40_no_triangles() {
-    assert_black(&Shot::take(&Scene::from_parts(vec![], vec![], view()), &settings(8, 8, 1_000), 0..2), "nothing at all");
+    assert_black(
+        &Shot::take(&Scene::from_parts(vec![], vec![], view()), &settings(8, 8, 1_000), 0..2),
+        "nothing at all",
+    );
     let sun = Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3] };
     let lit = Scene::from_parts(vec![], vec![lamp(), sun], view());
     assert_black(&Shot::take(&lit, &settings(8, 8, 1_000), 0..2), "lights alone");

@@ -140,7 +140,13 @@ fn case_42_passes_are_independent() {
     let (whole, second) = (Shot::take(&scene, &small(), 0..8), Shot::take(&scene, &small(), 5..8));
     for (pixel, ((w, a), b)) in whole.moments.iter().zip(&before.moments).zip(&second.moments).enumerate() {
         for k in 0..6 {
-            assert!((w[k] - a[k] - b[k]).abs() <= 1e-12 * w[k].abs(), "pixel {pixel}, moment {k}: {} {} {}", w[k], a[k], b[k]);
+            assert!(
+                (w[k] - a[k] - b[k]).abs() <= 1e-12 * w[k].abs(),
+                "pixel {pixel}, moment {k}: {} {} {}",
+                w[k],
+                a[k],
+                b[k]
+            );
         }
     }
 }

@@ -37,7 +37,15 @@ pub struct Shot {
 
 /// Settings of `width` x `height` pixels with all layers and `photons` photons a pass.
 pub fn settings(width: u32, height: u32, photons: u32) -> Settings {
-    Settings { width, height, photons: Some(photons), layers: true, photon_bounces: 16, eye_depth: 12, ..Settings::default() }
+    Settings {
+        width,
+        height,
+        photons: Some(photons),
+        layers: true,
+        photon_bounces: 16,
+        eye_depth: 12,
+        ..Settings::default()
+    }
 }
 
 impl Shot {

@@ -53,7 +53,10 @@ fn case_04_integrating_sphere() {
         assert_close(block, expected, 0.02, "a sixteenth of the image, more noise and as uniform");
     }
     let direct = blocks(&shot.red("direct"), 4);
-    assert!(direct.iter().any(|b| close(*b, direct[0], 0.1).is_err()), "direct light is not uniform: the check can fail");
+    assert!(
+        direct.iter().any(|b| close(*b, direct[0], 0.1).is_err()),
+        "direct light is not uniform: the check can fail"
+    );
 }
 
 /// Case 5, first half: irradiance I h / (h^2 + x^2)^1.5 of a plane by shadow rays, at points: each image is one pixel of 1e-6 units.
@@ -89,7 +92,12 @@ fn case_05_point_light_by_photons() {
     let grid: Vec<f64> = (0..256)
         .flat_map(|j| (0..256).map(move |i| at((f64::from(i) - 127.5) / 128.0, (f64::from(j) - 127.5) / 128.0)))
         .collect();
-    assert_close(shot.mean("caustic"), grid.iter().sum::<f64>() / grid.len() as f64, 0.005, "light by way of the mirror");
+    assert_close(
+        shot.mean("caustic"),
+        grid.iter().sum::<f64>() / grid.len() as f64,
+        0.005,
+        "light by way of the mirror",
+    );
     for (found, expected) in blocks(&shot.red("caustic"), 4).iter().zip(blocks(&grid, 4)) {
         assert_close(*found, expected, 0.005, "a sixteenth of the floor");
     }

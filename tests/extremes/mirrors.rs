@@ -52,12 +52,14 @@ fn case_09_nephroid_ridge() {
         // Footprints keep their length along the beam, which the floor stretches by 1 / sin TILT.
         let settings = Settings { caustic_smoothing: 0.4, ..settings(width, 1, 200_000) };
         let image = Shot::take(&scene, &settings, 0..5).red("caustic");
-        let best = (0..image.len()).max_by(|&a, &b| image[a].total_cmp(&image[b])).expect("a pixel");
-        let found = x + half * ((best as f64 + 0.5) / image.len() as f64 * 2.0 - 1.0);
+        // Sums of nine pixels, 0.36 % of the radius: near the curve footprints are so small that single pixels are noise.
+        let sums: Vec<f64> = image.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect();
+        let best = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b])).expect("a pixel");
+        let found = x + half * ((best as f64 + 4.5) / image.len() as f64 * 2.0 - 1.0);
         let mean = image.iter().sum::<f64>() / image.len() as f64;
-        println!("ridge at {found:.4}, nephroid at {x:.4}, {:.1} times the mean", image[best] / mean);
+        println!("ridge at {found:.4}, nephroid at {x:.4}, {:.1} times the mean", sums[best] / mean);
         assert!((found - x).abs() <= 0.005, "ridge at {found}, nephroid at {x}, angle {angle}");
-        assert!(image[best] > 2.0 * mean, "a ridge, not noise: {image:?}");
+        assert!(sums[best] > 1.5 * mean, "a ridge, not noise");
         let cardioid = x * 2.0 / 3.0; // the cusp of case 10
         assert!((found - cardioid).abs() > 0.005, "another curve must be noticed");
     }

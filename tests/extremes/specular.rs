@@ -41,7 +41,8 @@ fn case_08_slab_reflects_the_rest() {
     let floor = Mesh::quad([-4.0, 0.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]);
     let slab = Mesh::cuboid([0.4, 1.0, -0.3], [1.05, 1.05, 0.3]);
     // The window is 0.4 x 0.4 in the middle of four plates at y = 3: the reflection moves by 2 * 1.95 * tan = 1.42.
-    let plate = |x: [f32; 2], z: [f32; 2]| Mesh::quad([x[0], 3.0, z[1]], [x[1] - x[0], 0.0, 0.0], [0.0, 0.0, z[0] - z[1]]);
+    let plate =
+        |x: [f32; 2], z: [f32; 2]| Mesh::quad([x[0], 3.0, z[1]], [x[1] - x[0], 0.0, 0.0], [0.0, 0.0, z[0] - z[1]]);
     let mut screen = plate([-4.0, -0.2], [-4.0, 4.0]);
     for part in [plate([0.2, 4.0], [-4.0, 4.0]), plate([-0.2, 0.2], [-4.0, -0.2]), plate([-0.2, 0.2], [0.2, 4.0])] {
         screen.append(&part);
@@ -49,7 +50,8 @@ fn case_08_slab_reflects_the_rest() {
     let sun = Light::Directional { direction: [sine as f32, -(cosine as f32), 0.0], irradiance: [1.0; 3] };
     let white = Material::lambert([1.0; 3]);
     let up = parallel([1.42, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 1.0);
-    let mut scene = Scene::from_parts(vec![(floor, white.clone()), (screen, white), (slab, Material::glass(1.5))], vec![sun], up);
+    let mut scene =
+        Scene::from_parts(vec![(floor, white.clone()), (screen, white), (slab, Material::glass(1.5))], vec![sun], up);
     scene.cameras.push(from_above([1.09, 0.5, 0.0], 1.0));
     let flux = |camera: usize| {
         let shot = Shot::take(&scene, &nephroid::render::Settings { camera, ..settings(64, 64, 200_000) }, 0..6);

@@ -20,11 +20,8 @@ pub fn room(object: Material, lights: Vec<Light>) -> Scene {
         t.iter().for_each(|&i| block.normals[i as usize] = normal.into());
     }
     let camera = Camera::look_at([1.5, 1.6, 3.0], [0.0, 0.6, 0.0], [0.0, 1.0, 0.0], 0.8);
-    let parts = vec![
-        (floor, Material::lambert([0.7, 0.6, 0.5])),
-        (wall, Material::lambert([0.3, 0.6, 0.8])),
-        (block, object),
-    ];
+    let parts =
+        vec![(floor, Material::lambert([0.7, 0.6, 0.5])), (wall, Material::lambert([0.3, 0.6, 0.8])), (block, object)];
     Scene::from_parts(parts, lights, camera)
 }
 
