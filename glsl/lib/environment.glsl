@@ -17,7 +17,8 @@ vec3 environment_texel(int x, int y) {
     return environment[uint(clamp(y, 0, height - 1) * width + clamp(x, 0, width - 1))].rgb;
 }
 
-vec3 environment_radiance(vec3 d) { // bilinear
+vec3 environment_radiance(vec3 d) { // bilinear; black without environment
+    if (globals[0].environment_width == 0u) return vec3(0.0);
     vec2 p = environment_uv(d) * vec2(globals[0].environment_width, globals[0].environment_height) - 0.5;
     vec2 base = floor(p);
     vec2 f = p - base;

@@ -24,6 +24,12 @@ struct Ellipse {
 Ellipse principal_axes(vec3 a, vec3 b, vec3 normal) {
     vec3 t, s;
     basis(normal, t, s);
+    // In units of the longest component: fourth powers of lengths neither under- nor overflow.
+    float unit = max(max_component(abs(a)), max_component(abs(b)));
+    if (unit > 0.0) {
+        a /= unit;
+        b /= unit;
+    }
     vec2 u = vec2(dot(a, t), dot(a, s)), v = vec2(dot(b, t), dot(b, s));
     float xx = u.x * u.x + v.x * v.x, yy = u.y * u.y + v.y * v.y, xy = u.x * u.y + v.x * v.y;
     float determinant = abs(u.x * v.y - u.y * v.x);
@@ -34,8 +40,9 @@ Ellipse principal_axes(vec3 a, vec3 b, vec3 normal) {
     float size = length(axis);
     axis = size > 0.0 ? axis / size : vec2(1.0, 0.0);
     Ellipse e;
-    e.longer = sqrt(large);
-    e.shorter = e.longer > 0.0 ? determinant / e.longer : 0.0;
+    float longer = sqrt(large);
+    e.longer = unit * longer;
+    e.shorter = longer > 0.0 ? unit * (determinant / longer) : 0.0;
     e.major = axis.x * t + axis.y * s;
     e.minor = -axis.y * t + axis.x * s;
     return e;

@@ -47,14 +47,14 @@ impl Group {
 }
 
 /// Casters of a scene: connected groups of specular triangles. Aims at all specular surfaces where only faint ones exist,
-/// because then they alone make the caustics.
-pub fn casters(scene: &Scene) -> Vec<Caster> {
+/// because then they alone make the caustics. `kept` says which triangles are in the tree.
+pub fn casters(scene: &Scene, kept: &[bool]) -> Vec<Caster> {
     let specular = |strong: bool| -> Vec<bool> {
         scene.materials.iter().map(|m| if strong { is_strong(m) } else { is_specular(m) }).collect()
     };
     // Light that only a faint varnish reflects must be aimed at too, or its caustics would be lost.
-    let all = groups(scene, &specular(false));
-    let strong = groups(scene, &specular(true));
+    let all = groups(scene, kept, &specular(false));
+    let strong = groups(scene, kept, &specular(true));
     let mut chosen = join_near(all);
     let strong = join_near(strong);
     let weight = |g: &Group| g.radius().powi(2);
@@ -88,7 +88,7 @@ fn normalise(weighted: &[(Group, f64)]) -> Vec<Caster> {
 }
 
 /// Boxes of the connected components (by vertex position) of the triangles with a chosen material.
-fn groups(scene: &Scene, chosen: &[bool]) -> Vec<Group> {
+fn groups(scene: &Scene, kept: &[bool], chosen: &[bool]) -> Vec<Group> {
     let geometry = &scene.geometry;
     let mut parent: Vec<usize> = Vec::new();
     let mut vertex_of: HashMap<[u32; 3], usize> = HashMap::new();
@@ -100,8 +100,8 @@ fn groups(scene: &Scene, chosen: &[bool]) -> Vec<Group> {
         }
         x
     }
-    for (corners, material) in geometry.triangles.iter().zip(&geometry.material) {
-        if !chosen[*material as usize] {
+    for ((corners, material), kept) in geometry.triangles.iter().zip(&geometry.material).zip(kept) {
+        if !*kept || !chosen[*material as usize] {
             continue;
         }
         let nodes = corners.map(|corner| {

@@ -2,7 +2,7 @@
 
 use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
-use crate::scene::{Material, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Geometry, Material, Scene, Texture, TextureRef, Wrap};
 
 const MATERIAL_VOLUME: u32 = 1;
 const MATERIAL_UNLIT: u32 = 2;
@@ -19,8 +19,11 @@ pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32;
     for (at, &id) in order.iter().enumerate() {
         let corners = geometry.triangles[id as usize].map(|corner| corner as usize);
         let vectors = &mut data[at * stride..(at + 1) * stride];
+        // Zero stands for the triangle's own normal: flat triangles shade to the same bits whether the program
+        // interpolates normals or not.
+        let flat = is_flat(geometry, id);
         for (k, &corner) in corners.iter().enumerate() {
-            let [x, y, z] = geometry.normals[corner];
+            let [x, y, z] = if flat { [0.0; 3] } else { geometry.normals[corner] };
             let uv0 = geometry.uvs[0].get(corner).copied().unwrap_or_default();
             vectors[k] = [x, y, z, uv0[0]];
             if variant.uv0_at > 0 {
@@ -42,6 +45,20 @@ pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32;
         }
     }
     data
+}
+
+/// Whether the vertex normals of a triangle are its own normal but for rounding. True for triangles without area.
+pub fn is_flat(geometry: &Geometry, id: u32) -> bool {
+    let vector = |v: [f32; 3]| glam::DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    let corners = geometry.triangles[id as usize];
+    let [a, b, c] = corners.map(|corner| vector(geometry.positions[corner as usize]));
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    // The sine of 1e-5 rad: rounding stays below it, and no tessellation of a curved mirror is so fine that it would count as flat.
+    let differs = |corner: &u32| {
+        let n = vector(geometry.normals[*corner as usize]);
+        n.dot(normal) < 0.0 || n.cross(normal).length() > 1e-5
+    };
+    normal == glam::DVec3::ZERO || !corners.iter().any(differs)
 }
 
 /// Materials, texture uses and texels.

@@ -3,7 +3,7 @@
 use super::casters::{FOLLOWED_ROUGHNESS, casters, is_specular};
 use super::lights::LightTable;
 use super::settings::Settings;
-use super::shading::{Textures, vertex_data};
+use super::shading::{Textures, is_flat, vertex_data};
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Lanes, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
@@ -11,6 +11,7 @@ use crate::kernels::generated::{
     BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
+use crate::scene::frame::Bounds;
 use crate::scene::{Material, Needs, Projection, Scene};
 use crate::vk::DeviceKind;
 
@@ -56,13 +57,16 @@ impl DeviceScene {
             let masked = scene.materials[material as usize].alpha_cutoff.is_some();
             TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
         });
-        let bounds = scene.bounds();
+        // Triangles that the tree leaves out may lie anywhere, at infinity too: they count for nothing.
+        let mut kept = vec![false; geometry.triangles.len()];
+        bvh.order.iter().for_each(|&id| kept[id as usize] = true);
+        let bounds = bounds(scene, &kept);
         let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let table = LightTable::of(scene, &bvh.order, f64::from(radius));
         let used = |m: usize| geometry.material.contains(&(m as u32));
         let any_specular = scene.materials.iter().enumerate().any(|(i, m)| is_specular(m) && used(i));
-        let casters = if any_specular { casters(scene) } else { vec![] };
+        let casters = if any_specular { casters(scene, &kept) } else { vec![] };
         let variant = variant(scene, &table, full);
         let shading = vertex_data(scene, &bvh.order, &variant);
         check_size(runtime, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
@@ -138,6 +142,17 @@ impl DeviceScene {
     }
 }
 
+/// Bounds of the triangles that are kept.
+fn bounds(scene: &Scene, kept: &[bool]) -> Option<Bounds> {
+    let triangles = scene.geometry.triangles.iter().zip(kept).filter(|(_, kept)| **kept);
+    let mut corners = triangles.flat_map(|(corners, _)| corners.map(|i| scene.geometry.positions[i as usize]));
+    let first = corners.next()?;
+    Some(corners.fold(Bounds { min: first, max: first }, |b, p| Bounds {
+        min: std::array::from_fn(|k| b.min[k].min(p[k])),
+        max: std::array::from_fn(|k| b.max[k].max(p[k])),
+    }))
+}
+
 fn at_least_one<T: bytemuck::Pod>(runtime: &Runtime, name: &'static str, data: &[T]) -> Result<Persistent<T>> {
     if data.is_empty() { runtime.persistent(name, 1) } else { runtime.persistent_from(name, data) }
 }
@@ -203,14 +218,8 @@ fn gathers_glossy(m: &Material) -> bool {
 /// Whether any vertex normal of a chosen material's triangles differs from its triangle's by more than rounding.
 fn has_smooth_normals(scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool {
     let g = &scene.geometry;
-    let vector = |v: [f32; 3]| glam::DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
     let chosen: Vec<bool> = scene.materials.iter().map(chosen).collect();
-    g.triangles.iter().zip(&g.material).filter(|(_, m)| chosen[**m as usize]).any(|(corners, _)| {
-        let [a, b, c] = corners.map(|corner| vector(g.positions[corner as usize]));
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        normal != glam::DVec3::ZERO
-            && corners.iter().any(|&corner| vector(g.normals[corner as usize]).dot(normal) < 1.0 - 1e-6)
-    })
+    g.material.iter().enumerate().any(|(id, m)| chosen[*m as usize] && !is_flat(g, id as u32))
 }
 
 /// The camera as the kernels read it.

@@ -173,7 +173,9 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         // Absorption and re-emission (eq. 13): as if it had started v behind the surface, with v keeping the footprint's area.
         vec3 x, y;
         basis(e.direction, x, y);
-        float v = sqrt(length(cross(f.dp_u, f.dp_v))) / spacing;
+        // In units of the longest component: fourth powers of lengths neither under- nor overflow.
+        float unit = max(max_component(abs(f.dp_u)), max_component(abs(f.dp_v)));
+        float v = unit > 0.0 ? unit * sqrt(length(cross(f.dp_u / unit, f.dp_v / unit))) / spacing : 0.0;
         f.dd_u = spacing * x;
         f.dd_v = spacing * y;
         f.dp_u = v * f.dd_u;

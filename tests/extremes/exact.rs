@@ -1,0 +1,152 @@
+//! Renders that must agree to the last bit: cases 29, 30 and 42.
+
+use nephroid::render::Settings;
+use nephroid::scene::shapes::Mesh;
+use nephroid::scene::{Light, Material, Scene};
+
+use crate::lab::{Shot, assert_same, difference, settings};
+use crate::variants::{kinds, lamp, panel, room};
+
+fn small() -> Settings {
+    settings(16, 12, 3_000)
+}
+
+/// The scene in other units of length: everything 2^k times as large, intensities so that radiance stays.
+fn in_other_units(scene: &Scene, k: i32) -> Scene {
+    let unit = 2f32.powi(k);
+    let far = |p: &mut [f32; 3]| *p = p.map(|x| x * unit);
+    let mut scaled = scene.clone();
+    scaled.geometry.positions.iter_mut().for_each(far);
+    for light in &mut scaled.lights {
+        match light {
+            Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
+                far(position);
+                *intensity = intensity.map(|x| x * unit * unit);
+            }
+            Light::Directional { .. } => {}
+        }
+    }
+    scaled.cameras.iter_mut().for_each(|camera| far(&mut camera.position));
+    for material in &mut scaled.materials {
+        material.absorption = material.absorption.map(|x| x / unit);
+    }
+    scaled
+}
+
+/// The picture's bits without the depth, which is a length.
+fn without_depth(shot: &Shot) -> Vec<u32> {
+    let layers = shot.picture.layers.iter().filter(|layer| layer.name != "depth");
+    layers.flat_map(|layer| layer.data.iter().map(|x| x.to_bits())).collect()
+}
+
+/// Case 29: no hidden length. Scenes of every kind in units from 2^-20 to 2^20.
+#[test]
+fn case_29_geometry_times_powers_of_two() {
+    let mut failures = Vec::new();
+    for (name, scene) in kinds().into_iter().filter(|(name, _)| !name.contains("rough")) {
+        let expected = Shot::take(&scene, &small(), 0..2);
+        for k in [-20, -7, 7, 20] {
+            println!("{name}, 2^{k}");
+            let found = Shot::take(&in_other_units(&scene, k), &small(), 0..2);
+            let (a, b) = (without_depth(&found), without_depth(&expected));
+            if difference(&a, &b).is_some() {
+                let count = a.iter().zip(&b).filter(|(a, b)| a != b).count();
+                failures.push(format!("{name}, 2^{k}: {count} of {}", a.len()));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+    let (_, scene) = kinds().swap_remove(0);
+    let mut dim = in_other_units(&scene, 7);
+    dim.lights = scene.lights.clone();
+    let (a, b) = (Shot::take(&dim, &small(), 0..2), Shot::take(&scene, &small(), 0..2));
+    assert!(difference(&without_depth(&a), &without_depth(&b)).is_some(), "unscaled lights must be noticed");
+}
+
+/// Case 29 for the smallest footprints: the focus of a glass ball, where fourth powers of lengths are below the normal numbers.
+#[test]
+fn case_29_focus_times_powers_of_two() {
+    let mut scene = room(Material::lambert([0.5; 3]), vec![]);
+    scene.lights = vec![Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3] }];
+    scene.add(&Mesh::sphere([-1.0, 0.75, 0.7], 0.3, 48, 96), Material::glass(1.5));
+    let settings = Settings { caustic_smoothing: 0.5, global_smoothing: 0.5, ..settings(32, 24, 60_000) };
+    let expected = Shot::take(&scene, &settings, 0..1);
+    for k in [-24, -20, 20] {
+        let found = Shot::take(&in_other_units(&scene, k), &settings, 0..1);
+        assert_same(&without_depth(&found), &without_depth(&expected), &format!("2^{k}"));
+        assert_eq!(found.statistics.counters, expected.statistics.counters, "guards, 2^{k}");
+    }
+}
+
+/// Case 30: all light 2^k times as strong gives the picture times 2^k.
+#[test]
+fn case_30_light_times_powers_of_two() {
+    let mut base = room(Material::glass(1.5), vec![lamp()]);
+    base.lights.push(Light::Directional { direction: [0.0, -0.8, -0.6], irradiance: [0.5, 0.4, 0.3] });
+    panel(&mut base);
+    let expected = Shot::take(&base, &small(), 0..2);
+    for k in [-20, -3, 5, 20] {
+        let factor = 2f32.powi(k);
+        let brighter = |c: &mut [f32; 3]| *c = c.map(|x| x * factor);
+        let mut scene = base.clone();
+        for light in &mut scene.lights {
+            match light {
+                Light::Point { intensity, .. } | Light::Spot { intensity, .. } => brighter(intensity),
+                Light::Directional { irradiance, .. } => brighter(irradiance),
+            }
+        }
+        scene.materials.iter_mut().for_each(|m| brighter(&mut m.emissive));
+        let found = Shot::take(&scene, &small(), 0..2);
+        for name in ["", "direct", "indirect", "caustic"] {
+            let bits = |shot: &Shot, factor: f32| -> Vec<u32> {
+                let layer = shot.picture.layer(name).expect("a layer");
+                layer.data.iter().map(|x| (x * factor).to_bits()).collect()
+            };
+            assert_same(&bits(&found, 1.0), &bits(&expected, factor), &format!("'{name}', light times 2^{k}"));
+        }
+        let off = (found.mean("") / expected.mean("") / f64::from(factor) - 1.0).abs();
+        assert!(off < 1e-6 && found.mean("caustic") > 0.0 && found.mean("direct") > 0.0, "the picture is not black");
+    }
+}
+
+/// Case 42: the same seed twice.
+#[test]
+fn case_42_the_same_seed_twice() {
+    for (name, scene) in kinds() {
+        let (a, b) = (Shot::take(&scene, &small(), 0..2), Shot::take(&scene, &small(), 0..2));
+        assert_same(&a.bits(), &b.bits(), name);
+        let unchanged = (&a.moments, &a.statistics.counters) == (&b.moments, &b.statistics.counters);
+        assert!(unchanged, "{name}: sums or guards");
+    }
+}
+
+/// Case 42: a pass depends on its global index alone. The sums after passes 0 to 5 less those after 0 to 4 are pass 5, as a session
+/// of its own renders it; two half renders add up to the whole.
+#[test]
+fn case_42_passes_are_independent() {
+    let mut scene = room(Material::glass(1.5), vec![lamp()]);
+    scene.add(&Mesh::sphere([-0.9, 0.6, 0.8], 0.35, 8, 16), Material::mirror());
+    let (before, after) = (Shot::take(&scene, &small(), 0..5), Shot::take(&scene, &small(), 0..6));
+    let (alone, other) = (Shot::take(&scene, &small(), 5..6), Shot::take(&scene, &small(), 6..7));
+    // One pass of one pixel is a sum of f32: the difference of two-float sums rounds to it.
+    let pass = |shot: &Shot| -> Vec<u32> {
+        shot.moments.iter().flat_map(|m| [m[0], m[1], m[2]].map(|x| (x as f32).to_bits())).collect()
+    };
+    let difference_of_sums: Vec<u32> = (after.moments.iter().zip(&before.moments))
+        .flat_map(|(a, b)| [0, 1, 2].map(|k| ((a[k] - b[k]) as f32).to_bits()))
+        .collect();
+    assert_same(&difference_of_sums, &pass(&alone), "pass 5");
+    assert!(difference(&difference_of_sums, &pass(&other)).is_some(), "pass 6 is another");
+    let (whole, second) = (Shot::take(&scene, &small(), 0..8), Shot::take(&scene, &small(), 5..8));
+    for (pixel, ((w, a), b)) in whole.moments.iter().zip(&before.moments).zip(&second.moments).enumerate() {
+        for k in 0..6 {
+            assert!(
+                (w[k] - a[k] - b[k]).abs() <= 1e-12 * w[k].abs(),
+                "pixel {pixel}, moment {k}: {} {} {}",
+                w[k],
+                a[k],
+                b[k]
+            );
+        }
+    }
+}
