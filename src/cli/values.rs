@@ -87,6 +87,16 @@ pub fn stops(text: &str) -> std::result::Result<f32, String> {
     stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
 }
 
+/// A number of bytes for people: `1.5 MiB`.
+pub fn bytes(count: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    // Below 1000 of a unit, so that three digits are always enough.
+    let power = (0..UNITS.len()).find(|p| count as f64 / 1024f64.powi(*p as i32) < 999.5).unwrap_or(UNITS.len() - 1);
+    let scaled = count as f64 / 1024f64.powi(power as i32);
+    let digits = if power == 0 || scaled >= 99.95 || scaled.fract() == 0.0 { 0 } else { 1 };
+    format!("{scaled:.digits$} {}", UNITS[power])
+}
+
 /// The camera that `--camera` means: a name, otherwise an index from 0.
 ///
 /// # Errors
@@ -199,6 +209,15 @@ mod tests {
         for bad in ["", "0", "-1", "0k", "1.5", "1.0001k", "M", "1e300M", "nank", "1G", "18446744073709551616"] {
             assert!(count(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn byte_counts() {
+        for (count, text) in [(0, "0 B"), (999, "999 B"), (1023, "1.0 KiB"), (1536, "1.5 KiB"), (1 << 27, "128 MiB")] {
+            assert_eq!(bytes(count), text);
+        }
+        assert_eq!(bytes(1000 << 20), "1.0 GiB");
+        assert_eq!(bytes(u64::MAX), "16777216 TiB");
     }
 
     #[test]

@@ -14,6 +14,8 @@ layout(local_size_x = 64) in;
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;
 layout(constant_id = 20) const bool EPANECHNIKOV = true;
+// Leaves the tested and the accepted photons of each slot in w, for measurements.
+layout(constant_id = 21) const bool COUNT_PAIRS = false;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -43,6 +45,7 @@ void main() {
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
     vec3 caustic = vec3(0.0), other = vec3(0.0);
+    float tested = 0.0, accepted = 0.0;
     uint top = 1u;
     stack[0] = DONE;
     uint current = 0u;
@@ -62,7 +65,9 @@ void main() {
             float w = dot(offset, normal) * uintBitsToFloat(p.c.w);
             float r2 = u * u + v * v;
             float facing = dot(normal, s.geometric);
+            if (COUNT_PAIRS) tested += 1.0;
             if (r2 < 1.0 && abs(w) < 1.0 && facing > SAME_SURFACE) {
+                if (COUNT_PAIRS) accepted += 1.0;
                 float signed_density = uintBitsToFloat(p.d.w);
                 float density = abs(signed_density) * facing * (EPANECHNIKOV ? 2.0 * (1.0 - r2) : 1.0);
                 vec3 light = uintBitsToFloat(p.b.xyz) * density;
@@ -82,6 +87,6 @@ void main() {
         }
     }
     vec3 factor = GLOSSY ? through : uintBitsToFloat(hit.b.xyz);
-    gathered[2u * slot] = vec4(caustic * factor, 0.0);
-    gathered[2u * slot + 1u] = vec4(other * factor, 0.0);
+    gathered[2u * slot] = vec4(caustic * factor, tested);
+    gathered[2u * slot + 1u] = vec4(other * factor, accepted);
 }
