@@ -132,7 +132,10 @@ mod tests {
         assert_eq!(default_index(&machine), Some(2));
         let text = as_text(&machine);
         assert_eq!(text.matches("chosen by default").count(), 1);
-        assert!(text.contains("2  device 2\n   integrated, chosen by default, Vulkan 1.3.7, driver some 1.2"), "{text}");
+        assert!(
+            text.contains("2  device 2\n   integrated, chosen by default, Vulkan 1.3.7, driver some 1.2"),
+            "{text}"
+        );
         assert!(text.contains("not usable: lacks timeline semaphores\n   does without: timestamps"), "{text}");
         assert!(text.contains("memory 3 GiB, one buffer 2 GiB, seen by a kernel 128 MiB"), "{text}");
         let value = as_json(&machine);

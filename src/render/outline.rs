@@ -54,9 +54,11 @@ impl Outline {
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
         let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device))?;
         let (plan, ..) = frame::plan(scene, device, settings, &budget(device, settings), &state);
-        let inputs = plan.buffers.iter().zip(&plan.lifetime).filter(|(info, life)| {
-            life.is_some() && matches!(info.kind, BufferKind::Input(_))
-        });
+        let inputs = plan
+            .buffers
+            .iter()
+            .zip(&plan.lifetime)
+            .filter(|(info, life)| life.is_some() && matches!(info.kind, BufferKind::Input(_)));
         Ok(Self {
             passes: plan.passes.len(),
             phases: plan.phases(),
@@ -138,11 +140,7 @@ struct Feature {
 /// Every feature that passes, kernels or buffers depend on.
 const FEATURES: [Feature; 11] = [
     Feature { name: "caustic photons", has: |d| d.caster_count > 0, add: |d| d.caster_count = 1 },
-    Feature {
-        name: "mirrors and glossy surfaces",
-        has: |d| d.variant.glossy,
-        add: |d| d.variant.glossy = true,
-    },
+    Feature { name: "mirrors and glossy surfaces", has: |d| d.variant.glossy, add: |d| d.variant.glossy = true },
     Feature { name: "glass", has: |d| d.variant.glass, add: |d| (d.variant.glass, d.variant.glossy) = (true, true) },
     Feature { name: "absorption", has: |d| d.variant.absorption, add: |d| d.variant.absorption = true },
     Feature {
