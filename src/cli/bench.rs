@@ -54,6 +54,12 @@ pub struct BenchArgs {
 /// Those of the device, and of loading the scenes.
 pub fn run(args: &BenchArgs) -> Result<()> {
     args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
+    // All are loaded before anything is measured: a bad one is found now rather than in ten minutes.
+    let mut loaded =
+        args.scenes.iter().map(|path| scene::load(path, &Limits::default())).collect::<Result<Vec<_>>>()?;
+    if loaded.is_empty() {
+        loaded.push(if args.quick { blobs(8, 16) } else { blobs(128, 256) });
+    }
     let open = || engine::open(&args.device);
     let runtime = open()?;
     let effort = if args.quick { Effort::quick() } else { Effort::full(&runtime) };
@@ -62,15 +68,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let (yardstick, primitives) = bench::primitives(&runtime, effort, &mut begin)?;
     let machine = Machine::of(&runtime);
     drop(runtime);
-    let mut scenes = Vec::new();
-    for path in &args.scenes {
-        let scene = scene::load(path, &Limits::default())?;
-        scenes.push(bench::scene(&open, effort, &scene, &mut begin)?);
-    }
-    if scenes.is_empty() {
-        let scene = if args.quick { blobs(8, 16) } else { blobs(128, 256) };
-        scenes.push(bench::scene(&open, effort, &scene, &mut begin)?);
-    }
+    let scenes = loaded.iter().map(|scene| bench::scene(&open, effort, scene, &mut begin)).collect::<Result<_>>()?;
     spinner.finish_and_clear();
     let report = Report { machine, effort, yardstick, primitives, scenes };
     super::print(&if args.json { format!("{:#}", report.json()) } else { report.text() })

@@ -87,6 +87,12 @@ pub fn stops(text: &str) -> std::result::Result<f32, String> {
     stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
 }
 
+/// Parses a smoothing factor: 0.1 ... 100 photon spacings.
+pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
+    let factor = text.parse::<f32>().ok().filter(|factor| (0.1..=100.0).contains(factor));
+    factor.ok_or_else(|| "expected a number between 0.1 and 100".into())
+}
+
 /// A number of bytes for people: `1.5 MiB`.
 pub fn bytes(count: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
@@ -128,7 +134,7 @@ pub enum Aov {
     Normal,
     /// Distance from the camera along the view axis, scene units
     Depth,
-    /// Light that comes straight from a light source
+    /// Light sources as seen, and light that comes straight from one; direct + indirect + caustic is the picture
     Direct,
     /// Light that was scattered at least once, caustics not included
     Indirect,
@@ -225,6 +231,14 @@ mod tests {
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "nan", "inf", "65", "one"] {
             assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn smoothing_factors() {
+        assert_eq!(smoothing("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "nan", "inf", "101", "x"] {
+            assert!(smoothing(bad).is_err(), "{bad}");
         }
     }
 
