@@ -18,7 +18,7 @@ pub fn blobs(rings: u32, segments: u32) -> Scene {
     }
     let camera = Camera::look_at([5.0, 4.5, 7.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], 0.7);
     let mut scene = Scene::from_parts(parts, vec![], camera);
-    scene.path = "generated: four displaced spheres".into();
+    scene.path = "four displaced spheres (generated)".into();
     scene
 }
 

@@ -38,7 +38,7 @@ impl Effort {
     pub fn full(runtime: &Runtime) -> Self {
         let info = runtime.device().info();
         let items: u64 = if info.kind == DeviceKind::Software { 1 << 20 } else { 1 << 25 };
-        Self { items: items.min(info.limits.storage_range / 8) as u32, repeats: 7, rays: 1024, size: [640, 480] }
+        Self { items: items.min(info.limits.storage_range / 8) as u32, repeats: 5, rays: 1024, size: [640, 480] }
     }
 
     /// Just enough to see that it runs; the numbers mean nothing.

@@ -125,7 +125,8 @@ fn secondary(scene: &Scene, tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (V
         let normal = (b - a).cross(c - a).normalize();
         let normal = if normal.dot(Vec3::new(x, y, z)) > 0.0 { -normal } else { normal };
         let origin = trace::offset_ray_origin(corners, [hit.b1, hit.b2], normal.into());
-        shadow.push(trace::ray(origin, (light - Vec3::from(origin)).into(), 1.0));
+        // A ray that reached the light's own triangle would always be blocked.
+        shadow.push(trace::ray(origin, (light - Vec3::from(origin)).into(), 0.999));
         let (radius, angle) = (random().sqrt(), random() * std::f32::consts::TAU);
         let (u, v) = normal.any_orthonormal_pair();
         let height = (1.0 - radius * radius).max(0.0).sqrt();
@@ -176,5 +177,6 @@ mod tests {
         // Floor and blobs are convex nearly everywhere: few diffuse rays hit, and most surfaces see the lamp.
         let blocked = |rays: &[Ray]| rays.iter().filter(|ray| hit(&trace::traverse(&tree.nodes, &packed, ray))).count();
         assert!(blocked(&diffuse) * 2 < count, "{} of {count}", blocked(&diffuse));
+        assert!(blocked(&shadow) > 0 && blocked(&shadow) * 2 < count, "{} of {count}", blocked(&shadow));
     }
 }

@@ -130,7 +130,7 @@ impl Report {
         }
         lines.push(String::new());
         lines.push(format!(
-            "{:<22} {:>9} {:>10} {:>18} {:>9} {:>16} {:>9}",
+            "{:<22} {:>9} {:>10} {:>21} {:>9} {:>16} {:>9}",
             "", "items", "time", "rate", "bytes/s", "floor", "of floor"
         ));
         lines.extend(self.primitives.iter().map(|rate| self.line(rate)));
@@ -152,7 +152,7 @@ impl Report {
         let share = rate.of_floor(&self.yardstick).map_or("-".into(), |share| format!("{:.1} %", 100.0 * share));
         let bandwidth = rate.bytes_per_second().map_or("-".into(), |b| format!("{}B", si(b)));
         let line = format!(
-            "{:<22} {:>9} {:>7.2} ms {:>18} {bandwidth:>9} {floor:>16} {share:>9}  {}",
+            "{:<22} {:>9} {:>7.2} ms {:>21} {bandwidth:>9} {floor:>16} {share:>9}  {}",
             rate.name,
             si(rate.items as f64),
             1e3 * rate.seconds,

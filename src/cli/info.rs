@@ -160,6 +160,7 @@ fn program(savings: &Savings, size: Size) -> Vec<String> {
         count("compiled variants", Outline::pipelines),
         size_of("scene on the device", |o| o.scene_bytes.iter().map(|(_, bytes)| bytes).sum()),
         size_of("photons, paths, trees", |o| o.transient_bytes),
+        size_of("- without sharing", |o| o.unshared_bytes),
         size_of("film", |o| o.film_bytes),
         size_of("device memory", Outline::bytes),
     ];
@@ -206,7 +207,8 @@ fn outline_json(outline: &Outline) -> Value {
         "passes_by_scope": named(outline.scopes.iter().map(|(name, n)| (*name, (*n).into())).collect()),
         "bytes": {
             "scene": named(outline.scene_bytes.iter().map(|(name, n)| (*name, (*n).into())).collect()),
-            "transients": outline.transient_bytes, "film": outline.film_bytes, "all": outline.bytes(),
+            "transients": outline.transient_bytes,
+            "transients_without_sharing": outline.unshared_bytes, "film": outline.film_bytes, "all": outline.bytes(),
         },
     })
 }

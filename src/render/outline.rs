@@ -34,6 +34,8 @@ pub struct Outline {
     pub kernels: Vec<KernelUse>,
     /// Device bytes that live inside of one pass, shared among buffers, and the inputs of a pass.
     pub transient_bytes: u64,
+    /// Bytes of the same buffers if none shared memory with another.
+    pub unshared_bytes: u64,
     /// Device bytes of the scene, by kind.
     pub scene_bytes: Vec<(&'static str, u64)>,
     /// Device bytes of the film.
@@ -65,6 +67,7 @@ impl Outline {
             scopes: scopes(&plan),
             kernels: kernels(&plan),
             transient_bytes: plan.arenas.iter().sum::<u64>() + inputs.map(|(info, _)| info.bytes).sum::<u64>(),
+            unshared_bytes: plan.transient_bytes(),
             scene_bytes: device.sizes(),
             film_bytes: state.bytes(),
         })
@@ -112,7 +115,7 @@ pub struct Saving {
     pub pipelines: usize,
     /// Kernels from which its code is left out, or which are left out themselves.
     pub kernels: Vec<&'static str>,
-    /// Device bytes that are not allocated, beyond the feature's own data (texels, texture coordinates of a mesh that has
+    /// Device bytes that are not allocated (few, because the buffers of a pass share memory), beyond the feature's own data (texels, texture coordinates of a mesh that has
     /// none).
     pub bytes: u64,
 }
@@ -243,6 +246,7 @@ mod tests {
         assert_eq!(of("textures").bytes, 2 * 16, "texture coordinates of two triangles");
         assert!(diffuse.full.passes >= diffuse.lean.passes + caustic.passes);
         assert!(diffuse.full.bytes() > diffuse.lean.bytes());
+        assert!(diffuse.full.unshared_bytes > diffuse.lean.unshared_bytes + 24 * 500 * 64, "bounces of 500 photons");
         assert!(diffuse.lean.scopes.iter().all(|(name, _)| *name != "caustic photons"));
         assert!(diffuse.full.scopes.iter().any(|(name, passes)| *name == "caustic photons" && *passes > 24));
     }
