@@ -174,9 +174,11 @@ mod tests {
         let (shadow, diffuse) = secondary(&scene, &tree, &primary, &hits);
         let count = hits.iter().filter(|h| hit(h)).count();
         assert!(count > 700 && shadow.len() == count && diffuse.len() == count, "{count} of 1024 hit");
-        // Floor and blobs are convex nearly everywhere: few diffuse rays hit, and most surfaces see the lamp.
-        let blocked = |rays: &[Ray]| rays.iter().filter(|ray| hit(&trace::traverse(&tree.nodes, &packed, ray))).count();
-        assert!(blocked(&diffuse) * 2 < count, "{} of {count}", blocked(&diffuse));
-        assert!(blocked(&shadow) > 0 && blocked(&shadow) * 2 < count, "{} of {count}", blocked(&shadow));
+        let found = |ray: &Ray| trace::traverse(&tree.nodes, &packed, ray);
+        for (from, ray) in hits.iter().filter(|h| hit(h)).zip(&diffuse) {
+            assert_ne!(found(ray).triangle, from.triangle, "a ray meets the triangle that it leaves");
+        }
+        let blocked = shadow.iter().filter(|ray| hit(&found(ray))).count();
+        assert!(blocked > 0 && blocked * 2 < count, "{blocked} of {count} do not see the lamp");
     }
 }

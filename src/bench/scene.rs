@@ -159,7 +159,7 @@ fn pairs(runtime: &Runtime, scene: &Scene, effort: Effort) -> Result<Vec<Rate>> 
     drop(counting);
     let mut timed = Session::new(runtime, scene.clone(), settings(effort, false))?;
     timed.run_pass(0)?;
-    let glossy = timed.device_scene().variant.glossy;
+    let glossy = timed.device_scene().variant.gathers_glossy;
     let mut runs = Vec::new();
     for (index, count) in passes.zip(counts) {
         timed.run_pass(index)?;

@@ -91,11 +91,11 @@ pub struct LightArgs {
     pub kernel: Kernel,
 
     /// Footprint size of caustic photons, in photon spacings of the first pass: larger is smoother [default: 3]
-    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing)]
+    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub caustic_smoothing: Option<f32>,
 
     /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 4]
-    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing)]
+    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub global_smoothing: Option<f32>,
 }
 

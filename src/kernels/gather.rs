@@ -26,7 +26,7 @@ pub fn bvh(
     gathered: &mut Buf<[f32; 4]>,
 ) {
     let Options { epanechnikov, count_pairs } = options;
-    let kernel = GatherBvh { glossy: v.glossy, smooth_normals: v.smooth_normals, epanechnikov, count_pairs };
+    let kernel = GatherBvh { glossy: v.gathers_glossy, smooth_normals: v.gathers_smooth, epanechnikov, count_pairs };
     let bind = GatherBvhBindings {
         list: &eye.list,
         count: &eye.count,

@@ -5,6 +5,7 @@ mod frame;
 mod lights;
 mod memory;
 mod outline;
+mod pixels;
 mod session;
 mod settings;
 mod shading;

@@ -143,7 +143,11 @@ struct Feature {
 /// Every feature that passes, kernels or buffers depend on.
 const FEATURES: [Feature; 11] = [
     Feature { name: "caustic photons", has: |d| d.caster_count > 0, add: |d| d.caster_count = 1 },
-    Feature { name: "mirrors and glossy surfaces", has: |d| d.variant.glossy, add: |d| d.variant.glossy = true },
+    Feature {
+        name: "mirrors and glossy surfaces",
+        has: |d| d.variant.glossy,
+        add: |d| (d.variant.glossy, d.variant.gathers_glossy) = (true, true),
+    },
     Feature { name: "glass", has: |d| d.variant.glass, add: |d| (d.variant.glass, d.variant.glossy) = (true, true) },
     Feature { name: "absorption", has: |d| d.variant.absorption, add: |d| d.variant.absorption = true },
     Feature {
@@ -158,12 +162,16 @@ const FEATURES: [Feature; 11] = [
         name: "normal maps",
         has: |d| d.variant.normal_maps,
         add: |d| {
-            (d.variant.normal_maps, d.variant.smooth_normals) = (true, true);
+            (d.variant.normal_maps, d.variant.smooth_normals, d.variant.gathers_smooth) = (true, true, true);
             d.variant.tangent_at = d.variant.tangent_at.max(grown(&mut d.variant, 3));
         },
     },
     Feature { name: "alpha masks", has: |d| d.variant.alpha_mask, add: |d| d.variant.alpha_mask = true },
-    Feature { name: "smooth normals", has: |d| d.variant.smooth_normals, add: |d| d.variant.smooth_normals = true },
+    Feature {
+        name: "smooth normals",
+        has: |d| d.variant.smooth_normals,
+        add: |d| (d.variant.smooth_normals, d.variant.gathers_smooth) = (true, true),
+    },
     Feature { name: "environment light", has: |d| d.variant.environment, add: |d| d.variant.environment = true },
     Feature { name: "emissive triangles", has: |d| d.variant.area_lights, add: |d| d.variant.area_lights = true },
     Feature {
