@@ -179,6 +179,7 @@ mod tests {
             assert_ne!(found(ray).triangle, from.triangle, "a ray meets the triangle that it leaves");
         }
         let blocked = shadow.iter().filter(|ray| hit(&found(ray))).count();
-        assert!(blocked > 0 && blocked * 2 < count, "{blocked} of {count} do not see the lamp");
+        // Sides of the blobs that face the camera but not the lamp, and their shadows on the floor.
+        assert!(blocked * 10 > count && blocked * 10 < 9 * count, "{blocked} of {count} do not see the lamp");
     }
 }
