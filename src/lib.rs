@@ -1,6 +1,7 @@
 //! nephroid: a progressive photon-mapping renderer on Vulkan compute.
 #![deny(unsafe_code)]
 
+pub mod bench;
 pub mod cli;
 pub mod error;
 pub mod film;

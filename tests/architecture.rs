@@ -20,8 +20,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::execute", &["graph::declare", "graph::plan", "graph::trace", "vk", "error"]),
     ("kernels", &["graph::declare", "graph::windows"]),
     ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
+    ("bench", &["render", "kernels", "graph", "scene", "vk", "error"]),
     ("study", &["render", "scene", "film", "error"]),
-    ("cli", &["study", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
+    ("cli", &["bench", "study", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
     ("viewer", &["render", "scene", "film", "vk", "error"]),
 ];
 

@@ -1,4 +1,4 @@
-//! The program from outside: exit codes and messages that need no device.
+//! The program from outside: exit codes and messages that need no device (cli_device.rs has those that do).
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -91,7 +91,9 @@ fn bad_files_exit_with_2_and_leave_nothing() {
 #[test]
 fn help_and_version_exit_with_0() {
     let folder = folder();
-    for line in ["--help", "-h", "help render", "render --help", "compare -h", "info --help", "devices --help"] {
+    for line in
+        ["--help", "-h", "help render", "render --help", "compare -h", "info --help", "devices --help", "bench --help"]
+    {
         let output = nephroid(line, folder.path());
         assert_eq!(output.status.code(), Some(0), "{line}");
         assert!(text(&output.stdout).contains("Usage: nephroid"), "{line}");

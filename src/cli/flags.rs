@@ -11,7 +11,7 @@ use crate::film::tonemap::Curve;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Output")]
 pub struct OutputArgs {
-    /// Picture to write, repeatable: .exr (linear floats, all layers) or .png (8-bit sRGB, tone-mapped)
+    /// Picture to write, repeatable: .exr (linear floats, with the layers of --aov) or .png (8-bit sRGB, tone-mapped)
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
 
@@ -40,15 +40,15 @@ pub struct OutputArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct ViewArgs {
-    /// Size in pixels
+    /// Size in pixels; the camera keeps its vertical field of view
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
     pub size: Size,
 
-    /// Camera of the scene, by name or by index from 0
+    /// Camera of the scene, by name or by index from 0; a scene without cameras gets one that sees all of it
     #[arg(long, value_name = "CAMERA", default_value = "0")]
     pub camera: String,
 
-    /// Additional layers of the EXR, separated by commas
+    /// Additional layers of an EXR, separated by commas; a PNG has none
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     pub aov: Vec<Aov>,
 }
@@ -58,18 +58,21 @@ pub struct ViewArgs {
 #[command(next_help_heading = "Effort")]
 pub struct EffortArgs {
     /// Passes to render; each refines the whole picture. With --time, what comes first ends the render
+    /// [default: as many as the time allows]
     #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
     pub passes: Option<u64>,
 
-    /// Rendering time, such as 30s, 2m, 1h30m, loading not included [default: 30s without --passes]
+    /// Rendering time, such as 30s, 2m, 1h30m; loading is not included, and the pass that is running then is finished
+    /// [default: 30s without --passes]
     #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
     pub time: Option<f64>,
 
-    /// Photons per pass, such as 250000, 250k, 1M [default: by the size of the picture]
+    /// Photons emitted per pass, such as 250000, 250k, 1M; where something can focus light, half of them are aimed at it
+    /// [default: two per pixel, at least 65536, at most 524288]
     #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
     pub photons: Option<u64>,
 
-    /// Seed: the same one gives the same picture, bit for bit, after the same passes
+    /// Seed: the same one gives the same picture, bit for bit, after the same passes on the same device
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
 }
@@ -78,7 +81,8 @@ pub struct EffortArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
-    /// Environment map that lights the scene from infinity, equirectangular (.exr or .hdr)
+    /// Environment map that lights the scene from infinity, equirectangular (.exr or .hdr). A scene without any light
+    /// gets a plain sky
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
 
@@ -86,12 +90,12 @@ pub struct LightArgs {
     #[arg(long, value_name = "KERNEL", value_enum, default_value = "epanechnikov")]
     pub kernel: Kernel,
 
-    /// Footprint size of caustic photons, in photon spacings of the first pass
-    #[arg(long, value_name = "S", hide_short_help = true)]
+    /// Footprint size of caustic photons, in photon spacings of the first pass: larger is smoother [default: 3]
+    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub caustic_smoothing: Option<f32>,
 
-    /// Footprint size of all other photons, in photon spacings of the first pass
-    #[arg(long, value_name = "S", hide_short_help = true)]
+    /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 4]
+    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub global_smoothing: Option<f32>,
 }
 
@@ -100,7 +104,7 @@ pub struct LightArgs {
 #[command(next_help_heading = "Device")]
 pub struct DeviceArgs {
     /// Device to use: an index of `nephroid devices`, a part of its name, or `cpu`
-    /// [default: discrete, then integrated, then software]
+    /// [default: the one that `nephroid devices` names: discrete, then integrated, then software]
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
 

@@ -30,7 +30,8 @@ Examples:
   nephroid render ring.gltf -o ring.exr --size 320x240 --time 60s --aov all
   nephroid compare ring.exr reference.exr
 
-Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed, 130 interrupted";
+Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed or out
+of memory, 130 interrupted";
 
 /// A photon-mapping renderer for any Vulkan device: glTF in, EXR and PNG out.
 #[derive(Debug, Parser)]

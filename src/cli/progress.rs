@@ -75,7 +75,8 @@ impl Progress {
         } else if std::io::stderr().is_terminal() {
             Display::Bar(bar())
         } else {
-            Display::Lines { next: LINE_INTERVAL }
+            // The first pass has a line of its own: preparing may have taken long, and now it runs.
+            Display::Lines { next: 0.0 }
         };
         Self { limit, display }
     }

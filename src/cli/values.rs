@@ -87,6 +87,22 @@ pub fn stops(text: &str) -> std::result::Result<f32, String> {
     stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
 }
 
+/// Parses a smoothing factor: 0.1 ... 100 photon spacings.
+pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
+    let factor = text.parse::<f32>().ok().filter(|factor| (0.1..=100.0).contains(factor));
+    factor.ok_or_else(|| "expected a number between 0.1 and 100".into())
+}
+
+/// A number of bytes for people: `1.5 MiB`.
+pub fn bytes(count: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    // Below 1000 of a unit, so that three digits are always enough.
+    let power = (0..UNITS.len()).find(|p| count as f64 / 1024f64.powi(*p as i32) < 999.5).unwrap_or(UNITS.len() - 1);
+    let scaled = count as f64 / 1024f64.powi(power as i32);
+    let digits = if power == 0 || scaled >= 99.95 || scaled.fract() == 0.0 { 0 } else { 1 };
+    format!("{scaled:.digits$} {}", UNITS[power])
+}
+
 /// The camera that `--camera` means: a name, otherwise an index from 0.
 ///
 /// # Errors
@@ -118,7 +134,7 @@ pub enum Aov {
     Normal,
     /// Distance from the camera along the view axis, scene units
     Depth,
-    /// Light that comes straight from a light source
+    /// Light sources as seen, and light that comes straight from one; direct + indirect + caustic is the picture
     Direct,
     /// Light that was scattered at least once, caustics not included
     Indirect,
@@ -202,10 +218,27 @@ mod tests {
     }
 
     #[test]
+    fn byte_counts() {
+        for (count, text) in [(0, "0 B"), (999, "999 B"), (1023, "1.0 KiB"), (1536, "1.5 KiB"), (1 << 27, "128 MiB")] {
+            assert_eq!(bytes(count), text);
+        }
+        assert_eq!(bytes(1000 << 20), "1.0 GiB");
+        assert_eq!(bytes(u64::MAX), "16777216 TiB");
+    }
+
+    #[test]
     fn exposures() {
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["", "nan", "inf", "65", "one"] {
             assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn smoothing_factors() {
+        assert_eq!(smoothing("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "nan", "inf", "101", "x"] {
+            assert!(smoothing(bad).is_err(), "{bad}");
         }
     }
 

@@ -6,16 +6,27 @@ use super::photon::PhotonMap;
 use super::scene_data::Variant;
 use crate::graph::{Buf, Graph, Grid};
 
-/// Gathered radiance per slot: caustic, then other light. `epanechnikov` chooses the kernel, constant otherwise.
+/// How to gather.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Epanechnikov kernel if true, constant otherwise.
+    pub epanechnikov: bool,
+    /// Leaves the number of photons tested in the fourth component of the caustic light, and of those that counted in
+    /// that of the other light: for measurements. Otherwise both are 0.
+    pub count_pairs: bool,
+}
+
+/// Gathered radiance per slot: caustic, then other light.
 pub fn bvh(
     g: &mut Graph,
     v: Variant,
-    epanechnikov: bool,
+    options: Options,
     eye: &EyeHits,
     photons: &PhotonMap,
     gathered: &mut Buf<[f32; 4]>,
 ) {
-    let kernel = GatherBvh { glossy: v.gathers_glossy, smooth_normals: v.gathers_smooth, epanechnikov };
+    let Options { epanechnikov, count_pairs } = options;
+    let kernel = GatherBvh { glossy: v.gathers_glossy, smooth_normals: v.gathers_smooth, epanechnikov, count_pairs };
     let bind = GatherBvhBindings {
         list: &eye.list,
         count: &eye.count,

@@ -1,5 +1,6 @@
 //! One pass, top to bottom: photons, their map, and for each band of pixels eye paths, direct light, gather, film.
 
+use super::memory::Memory;
 use super::settings::Settings;
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
@@ -31,7 +32,7 @@ pub(super) struct FilmState {
 }
 
 impl FilmState {
-    pub fn new(runtime: &Runtime, settings: &Settings, slots: u32) -> Result<Self> {
+    pub fn new(memory: Memory<'_>, settings: &Settings, slots: u32) -> Result<Self> {
         let per_band = (BAND_SLOTS / slots).max(1);
         let mut bands = Vec::new();
         let mut first_pixel = 0;
@@ -40,12 +41,17 @@ impl FilmState {
             bands.push(BandFilm {
                 first_pixel,
                 pixels,
-                film: runtime.persistent("film", pixels * FILM_FLOATS)?,
-                layers: runtime.persistent("film_layers", if settings.layers { pixels * LAYER_VECTORS } else { 1 })?,
+                film: memory.zeroed("film", pixels * FILM_FLOATS)?,
+                layers: memory.zeroed("film_layers", if settings.layers { pixels * LAYER_VECTORS } else { 1 })?,
             });
             first_pixel += pixels;
         }
-        Ok(Self { bands, rejected: runtime.persistent("rejected", 1)? })
+        Ok(Self { bands, rejected: memory.zeroed("rejected", 1)? })
+    }
+
+    /// Size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.bands.iter().map(|band| band.film.bytes() + band.layers.bytes()).sum::<u64>() + self.rejected.bytes()
     }
 }
 
@@ -73,6 +79,8 @@ pub(super) struct Reports {
     pub counters: Option<Readback<u32>>,
     pub truncated: Vec<Readback<u32>>,
     pub eye_truncated: Vec<Readback<u32>>,
+    /// What was gathered, where pairs are counted.
+    pub gathered: Vec<Readback<[f32; 4]>>,
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
@@ -104,7 +112,7 @@ pub(super) fn plan(
         deposits = Some(store);
     }
     let mut rejected = g.import(&state.rejected);
-    let mut eye_truncated = Vec::new();
+    let (mut eye_truncated, mut gathers) = (Vec::new(), Vec::new());
     for band in &state.bands {
         let mut camera = device_camera(scene, settings, slots);
         camera.first_pixel = band.first_pixel;
@@ -120,9 +128,11 @@ pub(super) fn plan(
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);
         if let Some(map) = &map {
-            g.scope("gather", |g| {
-                gather::bvh(g, device.variant, settings.epanechnikov, &hits, map, &mut gathered);
-            });
+            let options = gather::Options { epanechnikov: settings.epanechnikov, count_pairs: settings.count_pairs };
+            g.scope("gather", |g| gather::bvh(g, device.variant, options, &hits, map, &mut gathered));
+            if settings.count_pairs {
+                gathers.push(g.readback(&gathered));
+            }
         }
         let no_overflow = g.upload("no_overflow", &[0u32]);
         let overflow = deposits.as_ref().map_or(&*no_overflow, |d| &d.overflow);
@@ -141,6 +151,7 @@ pub(super) fn plan(
         counters: deposits.as_ref().map(|d| g.readback(&d.counters)),
         truncated: deposits.iter().flat_map(|d| &d.truncated).map(|count| g.readback(count)).collect(),
         eye_truncated,
+        gathered: gathers,
     };
     let plan = g.plan().unwrap_or_else(|error| panic!("the frame is declared wrong: {error}"));
     (plan, pass, reports)

@@ -3,12 +3,15 @@
 mod casters;
 mod frame;
 mod lights;
+mod memory;
+mod outline;
 mod pixels;
 mod session;
 mod settings;
 mod shading;
 mod upload;
 
+pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
 pub use settings::Settings;
 pub use upload::DeviceScene;

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::memory::Memory;
 use super::pixels;
 use super::settings::Settings;
 use super::upload::DeviceScene;
@@ -36,6 +37,10 @@ pub struct Statistics {
     pub eye_paths_truncated: u64,
     /// Pixel values that were not finite and counted as black.
     pub rejected: u64,
+    /// Photons tested against eye hits, if [`Settings::count_pairs`].
+    pub pairs_tested: u64,
+    /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`].
+    pub pairs_accepted: u64,
     /// Seconds spent in passes.
     pub seconds: f64,
 }
@@ -75,7 +80,7 @@ impl Session {
         }
         let device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         let budget = budget(&device_scene, &settings);
-        let state = FilmState::new(runtime, &settings, slots_per_pixel(&device_scene))?;
+        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
         let statistics =
             Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
@@ -132,7 +137,10 @@ impl Session {
         let (photons_truncated, eye_truncated) = (sum(&reports.truncated), sum(&reports.eye_truncated));
         let deposits = self.first(reports.deposits.as_ref());
         let counters = reports.counters.as_ref().map(|r| self.frame.executable.read(r)).unwrap_or_default();
+        let pairs = self.pairs();
         let s = &mut self.statistics;
+        s.pairs_tested += pairs[0];
+        s.pairs_accepted += pairs[1];
         s.passes += 1;
         s.photons += self.budget.emissions.iter().map(|e| u64::from(e.count)).sum::<u64>();
         s.deposits += deposits;
@@ -142,6 +150,16 @@ impl Session {
             *total += u64::from(value);
         }
         s.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Tested and accepted pairs of the last pass.
+    fn pairs(&self) -> [u64; 2] {
+        let mut sums = [0, 0];
+        for readback in &self.frame.reports.gathered {
+            let gathered = self.frame.executable.read(readback);
+            gathered.iter().enumerate().for_each(|(i, vector)| sums[i % 2] += vector[3] as u64);
+        }
+        sums
     }
 
     /// The scene that is rendered.
@@ -270,7 +288,7 @@ fn set_layers(layers: &mut [Vec<f32>], place: usize, pixel: &[[f32; 4]], scale: 
 }
 
 /// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
-fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
+pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
     let total = settings.photons.unwrap_or_else(|| (settings.pixels() * 2).clamp(1 << 16, 1 << 19));
     if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
         return PhotonBudget { emissions: vec![], capacity: 0 };

@@ -31,6 +31,8 @@ pub struct Settings {
     pub leaf_photons: u32,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
+    /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
+    pub count_pairs: bool,
 }
 
 impl Default for Settings {
@@ -50,6 +52,7 @@ impl Default for Settings {
             alpha: 2.0 / 3.0,
             leaf_photons: 8,
             full_program: false,
+            count_pairs: false,
         }
     }
 }

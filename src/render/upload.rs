@@ -2,6 +2,7 @@
 
 use super::casters::{FOLLOWED_ROUGHNESS, casters, is_specular};
 use super::lights::LightTable;
+use super::memory::Memory;
 use super::settings::Settings;
 use super::shading::{Textures, is_flat, vertex_data};
 use crate::error::{Error, Result};
@@ -13,9 +14,9 @@ use crate::kernels::generated::{
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::frame::Bounds;
 use crate::scene::{Material, Needs, Projection, Scene};
-use crate::vk::DeviceKind;
 
 /// A scene in device memory.
+#[derive(Clone)]
 pub struct DeviceScene {
     nodes: Persistent<BvhNode>,
     triangles: Persistent<BvhTriangle>,
@@ -48,10 +49,18 @@ pub struct DeviceScene {
 
 impl DeviceScene {
     /// Builds and uploads. `full` keeps every feature in the kernels.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, scene: &Scene, full: bool) -> Result<Self> {
+        Self::in_memory(Memory::Device(runtime), scene, full)
+    }
+
+    /// The same in any memory.
+    pub(super) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
         let geometry = &scene.geometry;
         let bvh = build_sah(&geometry.positions, &geometry.triangles);
-        check_size(runtime, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
+        check_size(memory, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
         let triangles = pack_triangles(&geometry.positions, &geometry.triangles, &bvh.order, |id| {
             let material = geometry.material[id as usize];
             let masked = scene.materials[material as usize].alpha_cutoff.is_some();
@@ -69,9 +78,9 @@ impl DeviceScene {
         let casters = if any_specular { casters(scene, &kept) } else { vec![] };
         let variant = variant(scene, &table, full);
         let shading = vertex_data(scene, &bvh.order, &variant);
-        check_size(runtime, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
+        check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
         let textures = Textures::of(scene);
-        check_size(runtime, scene, "textures", textures.texels.len() as u64 * 4)?;
+        check_size(memory, scene, "textures", textures.texels.len() as u64 * 4)?;
         let (width, height) = scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
         let globals = Globals {
             center,
@@ -83,24 +92,24 @@ impl DeviceScene {
             ..Globals::default()
         };
         let mut device = Self {
-            nodes: runtime.persistent_from("nodes", &bvh.nodes)?,
-            triangles: at_least_one(runtime, "triangles", &triangles)?,
-            shading_data: at_least_one(runtime, "shading_data", &shading)?,
-            materials: at_least_one(runtime, "materials", &textures.materials)?,
-            texture_uses: at_least_one(runtime, "texture_uses", &textures.uses)?,
-            texels: at_least_one(runtime, "texels", &textures.texels)?,
-            lights: at_least_one(runtime, "lights", &table.lights)?,
-            globals: runtime.persistent_from("globals", &[globals])?,
-            environment: at_least_one(runtime, "environment", &table.environment)?,
-            environment_cdf: at_least_one(runtime, "environment_cdf", &table.environment_cdf)?,
-            casters: at_least_one(runtime, "casters", &casters)?,
+            nodes: memory.filled("nodes", &bvh.nodes)?,
+            triangles: memory.filled("triangles", &triangles)?,
+            shading_data: memory.filled("shading_data", &shading)?,
+            materials: memory.filled("materials", &textures.materials)?,
+            texture_uses: memory.filled("texture_uses", &textures.uses)?,
+            texels: memory.filled("texels", &textures.texels)?,
+            lights: memory.filled("lights", &table.lights)?,
+            globals: memory.filled("globals", &[globals])?,
+            environment: memory.filled("environment", &table.environment)?,
+            environment_cdf: memory.filled("environment_cdf", &table.environment_cdf)?,
+            casters: memory.filled("casters", &casters)?,
             variant,
             light_count: table.lights.len() as u32,
             caster_count: casters.len() as u32,
             triangle_count: triangles.len() as u32,
             skipped_triangles: bvh.skipped,
-            fences: runtime.device().loop_limit().is_none(),
-            lanes: if runtime.device().info().kind == DeviceKind::Software { Lanes::Cpu } else { Lanes::Gpu },
+            fences: memory.fences(),
+            lanes: memory.lanes(),
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();
@@ -119,6 +128,15 @@ impl DeviceScene {
             ("environment", self.environment.bytes() + self.environment_cdf.bytes()),
             ("casters", self.casters.bytes()),
         ]
+    }
+
+    /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes are
+    /// left behind.
+    pub(super) fn with_variant(&self, variant: Variant) -> Self {
+        let vectors = (self.triangle_count * variant.shading_stride).max(1);
+        let mut other = Self { variant, shading_data: Persistent::detached("shading_data", vectors), ..self.clone() };
+        other.bytes = other.sizes().iter().map(|(_, bytes)| bytes).sum();
+        other
     }
 
     /// Imports the scene into a graph; `pass` becomes an input of it.
@@ -153,13 +171,9 @@ fn bounds(scene: &Scene, kept: &[bool]) -> Option<Bounds> {
     }))
 }
 
-fn at_least_one<T: bytemuck::Pod>(runtime: &Runtime, name: &'static str, data: &[T]) -> Result<Persistent<T>> {
-    if data.is_empty() { runtime.persistent(name, 1) } else { runtime.persistent_from(name, data) }
-}
-
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.
-fn check_size(runtime: &Runtime, scene: &Scene, what: &str, bytes: u64) -> Result<()> {
-    let limit = runtime.device().info().limits.storage_range;
+fn check_size(memory: Memory<'_>, scene: &Scene, what: &str, bytes: u64) -> Result<()> {
+    let limit = memory.longest_binding();
     if bytes <= limit {
         return Ok(());
     }

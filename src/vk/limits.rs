@@ -20,6 +20,17 @@ pub enum DeviceKind {
     Software,
 }
 
+impl std::fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Discrete => "discrete",
+            Self::Integrated => "integrated",
+            Self::Virtual => "virtual",
+            Self::Software => "software",
+        })
+    }
+}
+
 /// Sizes that bound what one dispatch, buffer or binding may be. Bytes unless named otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -87,6 +98,11 @@ impl DeviceInfo {
     /// What keeps the device from running any kernel of this crate; nothing if it is usable.
     pub fn obstacles(&self) -> &[String] {
         &self.lacks[..self.blocking]
+    }
+
+    /// Order of preference: usable before unusable, then by kind; the least is chosen, the first of equals.
+    pub fn rank(&self) -> (bool, DeviceKind) {
+        (self.blocking > 0, self.kind)
     }
 }
 

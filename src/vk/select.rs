@@ -54,7 +54,7 @@ impl DeviceSelect {
         if fitting.is_empty() {
             return Err(Error::NoDevice(format!("{} among: {listed}", self.complaint())));
         }
-        fitting.sort_by_key(|candidate| (candidate.info.blocking > 0, candidate.info.kind));
+        fitting.sort_by_key(|candidate| candidate.info.rank());
         let best = fitting.swap_remove(0);
         if best.info.blocking == 0 {
             return Ok(best);

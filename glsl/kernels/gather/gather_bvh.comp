@@ -18,6 +18,8 @@ layout(local_size_x = 64) in;
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;
 layout(constant_id = 20) const bool EPANECHNIKOV = true;
+// Leaves the tested and the accepted photons of each slot in w, for measurements.
+layout(constant_id = 21) const bool COUNT_PAIRS = false;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -50,6 +52,7 @@ void main() {
     bool glossy = GLOSSY && !is_lambert(s);
     bool smooth_normal = SMOOTH_NORMALS && hit.a.w != hit.b.w;
     vec3 caustic = vec3(0.0), other = vec3(0.0);
+    float tested = 0.0, accepted = 0.0;
     uint top = 1u;
     stack[0] = DONE;
     uint current = 0u;
@@ -70,12 +73,14 @@ void main() {
             vec3 offset = s.position - uintBitsToFloat(p.a.xyz);
             float u = dot(offset, uintBitsToFloat(p.c.xyz)), v = dot(offset, uintBitsToFloat(p.d.xyz));
             float r2 = u * u + v * v;
+            if (COUNT_PAIRS) tested += 1.0;
             if (!subgroupAny(r2 < 1.0)) continue;
             vec3 normal = oct_decode(p.a.w);
             float w = dot(offset, normal) * uintBitsToFloat(p.c.w);
             float facing = dot(normal, s.geometric);
             float signed_density = uintBitsToFloat(p.d.w);
             bool covers = r2 < 1.0 && abs(w) < 1.0 && facing > SAME_SURFACE;
+            if (COUNT_PAIRS) accepted += covers ? 1.0 : 0.0;
             float density = covers ? abs(signed_density) * facing * (EPANECHNIKOV ? 2.0 * (1.0 - r2) : 1.0) : 0.0;
             vec3 light = uintBitsToFloat(p.b.xyz) * density;
             if (glossy || smooth_normal) {
@@ -92,6 +97,6 @@ void main() {
         current = stack[--top];
     }
     vec3 factor = glossy ? through : uintBitsToFloat(hit.b.xyz);
-    gathered[2u * slot] = vec4(caustic * factor, 0.0);
-    gathered[2u * slot + 1u] = vec4(other * factor, 0.0);
+    gathered[2u * slot] = vec4(caustic * factor, tested);
+    gathered[2u * slot + 1u] = vec4(other * factor, accepted);
 }

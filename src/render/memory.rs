@@ -1,0 +1,59 @@
+//! Where the memory of scene and film comes from.
+
+use bytemuck::Pod;
+
+use crate::error::Result;
+use crate::graph::{Lanes, Persistent, Runtime};
+use crate::vk::DeviceKind;
+
+/// A device, or nothing at all: plans can be made without one, and looked at.
+#[derive(Clone, Copy)]
+pub(super) enum Memory<'a> {
+    /// Memory of a device.
+    Device(&'a Runtime),
+    /// Sizes only, as if there were a device of this kind.
+    Nowhere(Lanes),
+}
+
+impl Memory<'_> {
+    /// Zeroed memory.
+    pub fn zeroed<T: Pod>(&self, name: &'static str, len: u32) -> Result<Persistent<T>> {
+        match self {
+            Self::Device(runtime) => runtime.persistent(name, len),
+            Self::Nowhere(_) => Ok(Persistent::detached(name, len)),
+        }
+    }
+
+    /// Memory with this content; one zeroed element if there is none, because nothing empty can be bound.
+    pub fn filled<T: Pod>(&self, name: &'static str, data: &[T]) -> Result<Persistent<T>> {
+        match self {
+            Self::Device(runtime) if !data.is_empty() => runtime.persistent_from(name, data),
+            _ => self.zeroed(name, data.len().max(1) as u32),
+        }
+    }
+
+    /// Longest range that a kernel sees of a buffer, in bytes.
+    pub fn longest_binding(&self) -> u64 {
+        match self {
+            Self::Device(runtime) => runtime.device().info().limits.storage_range,
+            Self::Nowhere(_) => u64::MAX,
+        }
+    }
+
+    /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
+    pub fn fences(&self) -> bool {
+        match self {
+            Self::Device(runtime) => runtime.device().loop_limit().is_none(),
+            Self::Nowhere(_) => true,
+        }
+    }
+
+    /// What kind of device runs the plans.
+    pub fn lanes(&self) -> Lanes {
+        match self {
+            Self::Device(runtime) if runtime.device().info().kind == DeviceKind::Software => Lanes::Cpu,
+            Self::Device(_) => Lanes::Gpu,
+            Self::Nowhere(lanes) => *lanes,
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! The program from outside, on a device: info, devices, bench, whole renders, and what happens when they are stopped.
+//!
+//! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`).
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nephroid::film::exr;
+use nephroid::film::image::Picture;
+use serde_json::Value;
+
+/// One program at a time: the first leaves its compiled kernels to the next, and the cores are few.
+fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn asset(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name)
+}
+
+fn device() -> String {
+    std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into())
+}
+
+/// The program in `folder`; `@` stands for the folder of assets, `%` for the device.
+fn command(line: &str, folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nephroid"));
+    let assets = asset("");
+    let word = |word: &str| word.replace('@', &assets.display().to_string()).replace('%', &device());
+    command.args(line.split_whitespace().map(word)).current_dir(folder);
+    command
+}
+
+fn run(line: &str, folder: &Path) -> Output {
+    command(line, folder).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+/// Standard output of a run that succeeds.
+fn success(line: &str, folder: &Path) -> String {
+    let output = run(line, folder);
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(line: &str, folder: &Path) -> Value {
+    serde_json::from_str(&success(line, folder)).expect("JSON")
+}
+
+/// The exit code is `code` and standard error one sentence with `part`.
+fn assert_refused(line: &str, folder: &Path, code: i32, part: &str) {
+    let output = run(line, folder);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{line}: {message}");
+    assert!(message.starts_with("nephroid: ") && message.contains(part), "{line}: {message}");
+    assert_eq!(message.lines().count(), 1, "{line}: {message}");
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+fn picture(folder: &Path, name: &str) -> Picture {
+    exr::read(&folder.join(name)).expect("a whole picture").0
+}
+
+#[test]
+fn devices_are_listed_with_one_default() {
+    let _turn = turn();
+    let folder = folder();
+    let list = json("devices --json", folder.path());
+    let list = list.as_array().expect("a list");
+    assert_eq!(list.iter().filter(|device| device["default"] == true).count(), 1);
+    for (index, device) in list.iter().enumerate() {
+        assert_eq!(device["index"], index);
+        assert!(device["name"].as_str().is_some_and(|name| !name.is_empty()));
+    }
+    let table = success("devices", folder.path());
+    assert_eq!(table.matches("chosen by default").count(), 1, "{table}");
+    assert!(table.contains(list[0]["name"].as_str().expect("a name")), "{table}");
+}
+
+#[test]
+fn without_a_driver_devices_exits_with_3() {
+    let folder = folder();
+    let mut program = command("devices", folder.path());
+    for name in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+        program.env(name, folder.path().join("none.json"));
+    }
+    let output = program.env_remove("VK_ADD_DRIVER_FILES").output().expect("the program starts");
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.starts_with("nephroid: no usable Vulkan device: ") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn info_names_what_a_diffuse_scene_leaves_out() {
+    let folder = folder();
+    let facts = json("info @cornell.glb --json", folder.path());
+    assert!(facts["triangles"].as_u64().is_some_and(|n| n > 10) && facts["host_bytes"]["all"].as_u64() > Some(1000));
+    assert!(facts["lights"]["emissive_triangles"].as_u64() > Some(0));
+    let left_out: Vec<&str> =
+        facts["left_out"].as_array().expect("a list").iter().map(|name| name.as_str().expect("a name")).collect();
+    for name in ["caustics", "transmission", "textures", "environment light"] {
+        assert!(left_out.contains(&name), "{name} in {left_out:?}");
+    }
+    let savings = facts["savings"].as_array().expect("a list");
+    let saving = |name: &str| savings.iter().find(|saving| saving["name"] == name).expect(name);
+    let caustic = saving("caustic photons");
+    assert!(caustic["passes"].as_u64() > Some(100) && caustic["bytes"].as_u64() > Some(0), "{caustic}");
+    assert_eq!(caustic["kernels"], serde_json::json!(["photon_bounce", "photon_emit"]));
+    for name in ["glass", "textures", "environment light"] {
+        assert!(!saving(name)["kernels"].as_array().expect("a list").is_empty(), "{name}");
+    }
+    let (lean, full) = (&facts["program"], &facts["program_with_everything"]);
+    assert!(lean["passes"].as_u64() < full["passes"].as_u64());
+    assert!(lean["bytes"]["all"].as_u64() < full["bytes"]["all"].as_u64());
+    let words = success("info @cornell.glb --size 64x48", folder.path());
+    for part in ["one pass at 64x48", "left out: caustic photons (", "left out: glass (", "device memory"] {
+        assert!(words.contains(part), "{part} in {words}");
+    }
+    // The comparison can tell scenes apart.
+    let glass = success("info @cornell-glass.glb", folder.path());
+    assert!(!glass.contains("left out: caustic photons") && !glass.contains("left out: glass"), "{glass}");
+}
+
+#[test]
+fn info_lists_warnings() {
+    let folder = folder();
+    let scene = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_materials_sheen"],"scenes":[{"nodes":[]}]}"#;
+    std::fs::write(folder.path().join("odd.gltf"), scene).expect("written");
+    let output = run("info odd.gltf", folder.path());
+    let words = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(words.contains("warning: ") && words.contains("KHR_materials_sheen"), "{words}");
+}
+
+#[test]
+fn bench_measures_every_kind() {
+    let _turn = turn();
+    let folder = folder();
+    let report = json("bench --quick --json --device %", folder.path());
+    assert_eq!(report["meaningless"], true);
+    let names = |rates: &Value| -> Vec<String> {
+        let rates = rates.as_array().expect("a list");
+        assert!(rates.iter().all(|rate| rate["seconds"].as_f64() > Some(0.0) && rate["items"].as_u64() > Some(0)));
+        rates.iter().map(|rate| rate["name"].as_str().expect("a name").to_owned()).collect()
+    };
+    assert_eq!(names(&report["rates"]), ["copy", "multiply", "scan", "sort", "sort, one CPU thread"]);
+    let scene = &report["scenes"][0];
+    let wanted = [
+        "SAH tree, host",
+        "LBVH, device",
+        "primary rays",
+        "shadow rays",
+        "diffuse rays",
+        "photons traced",
+        "photon map",
+        "whole pass",
+        "pairs tested",
+        "pairs accepted",
+    ];
+    assert_eq!(names(&scene["rates"]), wanted);
+    assert!(scene["device_peak_bytes"].as_u64() > Some(1 << 16));
+    let items = |index: usize| scene["rates"][index]["items"].as_u64().expect("a count");
+    assert!(items(9) < items(8), "not every photon tested is accepted");
+}
+
+#[test]
+fn a_render_writes_whole_files_and_the_same_pixels_again() {
+    let _turn = turn();
+    let folder = folder();
+    let render = |files: &str| {
+        let line = format!("render @cornell.glb --size 32x24 --passes 2 --aov all --quiet --device % {files}");
+        success(&line, folder.path())
+    };
+    let last = render("-o a.exr -o a.png --report report.json --trace trace.json");
+    assert!(last.starts_with("2 passes in ") && last.trim_end().ends_with("a.exr, a.png"), "{last}");
+    assert_eq!(names_in(folder.path()), ["a.exr", "a.png", "report.json", "trace.json"]);
+    let a = picture(folder.path(), "a.exr");
+    assert_eq!((a.width, a.height), (32, 24));
+    let layers: Vec<&str> = a.layers.iter().map(|layer| layer.name.as_str()).collect();
+    for name in ["", "albedo", "normal", "depth", "direct", "indirect", "caustic"] {
+        assert!(layers.contains(&name), "{name} in {layers:?}");
+    }
+    let png = image::open(folder.path().join("a.png")).expect("a PNG").to_rgb8();
+    assert_eq!(png.dimensions(), (32, 24));
+    assert!(png.pixels().any(|pixel| pixel.0.iter().any(|&x| x > 100)), "something is bright");
+    check_report(folder.path());
+    render("-o b.exr");
+    assert_eq!(a, picture(folder.path(), "b.exr"), "the same seed");
+    render("-o c.exr --seed 1");
+    assert_ne!(a, picture(folder.path(), "c.exr"), "another seed");
+}
+
+fn check_report(folder: &Path) {
+    let read =
+        |name: &str| -> Value { serde_json::from_slice(&std::fs::read(folder.join(name)).expect(name)).expect("JSON") };
+    let report = read("report.json");
+    assert_eq!((&report["passes"], &report["seed"]), (&2.into(), &0.into()));
+    for name in ["photons_emitted", "photons_stored", "plan_passes"] {
+        assert!(report[name].as_u64() > Some(0), "{name}");
+    }
+    assert_eq!(report["values_not_finite"], 0);
+    assert_eq!(report["photons_per_pass"]["caustic"], 0, "nothing in this box focuses light");
+    assert!(report["seconds"].as_f64() > Some(0.0) && report["bytes"]["device_peak"].as_u64() > Some(0));
+    for name in ["guards", "kept", "left_out", "warnings", "seconds_of_last_pass", "scene", "device", "version"] {
+        assert!(!report[name].is_null(), "{name}");
+    }
+    let trace = read("trace.json");
+    let events = trace["traceEvents"].as_array().expect("events");
+    for scope in ["global photons", "photon map", "eye paths", "gather", "film"] {
+        assert_eq!(events.iter().filter(|event| event["name"] == scope).count(), 2, "{scope}, once a pass");
+    }
+    assert!(events.iter().all(|event| event["ts"].as_f64() >= Some(0.0) && event["dur"].as_f64() >= Some(0.0)));
+}
+
+#[test]
+fn what_cannot_be_had_is_found_before_rendering() {
+    let _turn = turn();
+    let folder = folder();
+    std::fs::write(folder.path().join("bad.glb"), b"glTF\x02\0\0\0cut off").expect("written");
+    for (line, code, part) in [
+        ("render @cornell.glb -o no/out.exr --time 1h", 2, "no/out.exr: cannot create"),
+        ("render @cornell.glb -o out.exr --report no/out.json --time 1h", 2, "no/out.json: cannot create"),
+        ("render @cornell.glb -o out.exr --time 1h --device voodoo", 3, "no name contains 'voodoo'"),
+        ("render @cornell.glb -o out.exr --time 1h --device 99", 3, "there is no device 99"),
+        ("render @cornell.glb -o out.exr --time 1h --camera side", 1, "no camera 'side'"),
+        ("render bad.glb -o out.exr --time 1h", 2, "bad.glb: "),
+        ("info bad.glb", 2, "bad.glb: "),
+        ("bench --quick bad.glb", 2, "bad.glb: "),
+        ("bench --quick --device voodoo", 3, "no name contains 'voodoo'"),
+        ("render @cornell.glb -o out.exr --global-smoothing -3", 1, "--global-smoothing"),
+    ] {
+        assert_refused(line, folder.path(), code, part);
+    }
+    assert_eq!(names_in(folder.path()), ["bad.glb"], "nothing was written");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_writes_what_is_finished() {
+    let _turn = turn();
+    let folder = folder();
+    let line = "render @cornell.glb --size 32x24 --time 10m -o a.exr -o a.png --device %";
+    let mut program = command(line, folder.path());
+    let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut progress = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let first = progress.by_ref().map(|line| line.expect("UTF-8")).find(|line| line.starts_with("pass "));
+    let first = first.expect("a line of progress");
+    assert!(first.contains("photons/s") && first.contains("left"), "{first}");
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(status.success());
+    let rest: Vec<String> = progress.map_while(Result::ok).collect();
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{rest:?}");
+    assert!(text(&output.stdout).contains("a.exr, a.png"), "{}", text(&output.stdout));
+    assert_eq!(names_in(folder.path()), ["a.exr", "a.png"], "whole files and nothing else");
+    let picture = picture(folder.path(), "a.exr");
+    assert_eq!((picture.width, picture.height), (32, 24));
+    assert!(picture.layers[0].data.iter().all(|x| x.is_finite()) && picture.layers[0].data.iter().any(|x| *x > 0.0));
+    assert_eq!(image::open(folder.path().join("a.png")).expect("a whole PNG").to_rgb8().dimensions(), (32, 24));
+}
