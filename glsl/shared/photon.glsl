@@ -23,7 +23,7 @@ struct Photon {
 
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
-//   c: throughput, GGX alpha  d: octahedral direction to the eye, F0 and F90 as halves, triangle
+//   c: throughput, GGX alpha (negative: glass)  d: octahedral direction to the eye, F0 and F90 as halves, triangle
 struct EyeHit {
     uvec4 a;
     uvec4 b;

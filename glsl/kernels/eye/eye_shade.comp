@@ -53,7 +53,7 @@ void store_hit(uint slot, uint triangle, Surface s, vec3 to_eye, vec3 weight) {
     EyeHit h;
     h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
     h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
-    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(s.alpha));
+    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(is_glass(s) ? -s.alpha : s.alpha));
     h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), triangle);
     eye_hits[slot] = h;
     valid[slot] = 1u;
