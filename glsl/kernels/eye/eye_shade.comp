@@ -94,7 +94,7 @@ void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child refl
     // Radiance is divided by the square of the index on its way; a thin sheet ends where it began.
     transmitted.weight = (1.0 - fresnel) * s.transmission * (eta * eta) * facet_weight(s, -d, t);
     transmitted.importance = luminance(through * transmitted.weight);
-    transmitted.medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
+    transmitted.medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
 }
 
 void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, Surface s, uint state) {

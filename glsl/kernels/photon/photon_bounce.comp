@@ -163,7 +163,7 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         e.direction = t;
         e.probability = p_transmit;
         e.weight = (1.0 - fresnel) * s.transmission * (facet_weight(s, -d, t) / p_transmit);
-        medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
+        medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
         e.state = (e.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
         // A thin sheet bends light back at once: the derivative of the direction is unchanged.
         if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));
