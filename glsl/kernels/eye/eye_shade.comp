@@ -123,7 +123,7 @@ void main() {
     Hit hit = unpack_hit(hits[slot]);
     if (hit.triangle == BVH_MISS) {
         vec3 sky = vec3(0.0);
-        if (ENVIRONMENT) sky = environment_radiance(d);
+        if (ENVIRONMENT && globals[0].environment_width > 0u) sky = environment_radiance(d);
         radiance[slot].xyz += through * sky;
         if (AOV) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
         return;
