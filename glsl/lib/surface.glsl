@@ -26,7 +26,14 @@ vec3 unit_or(vec3 v, vec3 fallback) {
 vec3 triangle_normal(vec3 e1, vec3 e2) {
     float unit = 1.0 / max_component(max(abs(e1), abs(e2)));
     vec3 n = cross(e1 * unit, e2 * unit);
-    return n * (1.0 / length(n));
+    float size = max_component(abs(n));
+    if (size == 0.0) { // a needle whose normal is lost in rounding: any that is perpendicular
+        vec3 along = e1 * unit;
+        n = abs(along.x) > abs(along.z) ? vec3(-along.y, along.x, 0.0) : vec3(0.0, -along.z, along.y);
+        size = max_component(abs(n));
+        if (size == 0.0) return vec3(0.0, 0.0, 1.0);
+    }
+    return normalize(n / size);
 }
 
 vec2 interpolate_uv0(uint at, vec3 b) {
