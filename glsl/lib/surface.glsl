@@ -75,12 +75,15 @@ vec3 emission_at(uint triangle, vec2 barycentric) {
 }
 
 void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec2 uv0, vec2 uv1) {
+    // In the frame of the front: the bumps seen from the back are the same surface, its normal turned round as a whole.
+    float side = s.front ? 1.0 : -1.0;
+    vec3 front = side * s.shading;
     vec4 tangent = interpolate_tangent(at, b);
-    vec3 t = unit_or(tangent.xyz - s.shading * dot(s.shading, tangent.xyz), vec3(0.0));
-    vec3 bitangent = cross(s.shading, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
+    vec3 t = unit_or(tangent.xyz - front * dot(front, tangent.xyz), vec3(0.0));
+    vec3 bitangent = cross(front, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
     vec3 texel = sample_texture(m.normal_texture, uv0, uv1).xyz * 2.0 - 1.0;
-    vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + s.shading * texel.z;
-    s.shading = unit_or(n, s.shading);
+    vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + front * texel.z;
+    s.shading = unit_or(side * n, s.shading);
 }
 
 void apply_material(inout Surface s, Material m, vec4 color, vec2 uv0, vec2 uv1) {
