@@ -62,9 +62,21 @@ vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
     return TEXTURES && use != NO_TEXTURE ? sample_texture(use, uv0, uv1) : vec4(1.0);
 }
 
+// Whether an alpha mask leaves the triangle in place at this point.
+bool alpha_accepts(uint triangle, vec2 barycentrics) {
+    if (!ALPHA_MASK) return true;
+    Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
+    if (m.alpha_cutoff < 0.0) return true;
+    uint at = triangle * SHADING_STRIDE;
+    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    float alpha = m.base_alpha * interpolate_color(at, b).a;
+    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
+}
+
 // Emitted radiance of the front side at a point of a triangle.
 vec3 emission_at(uint triangle, vec2 barycentric) {
     uint m = floatBitsToUint(triangles[triangle].v2.w);
+    if (!alpha_accepts(triangle, barycentric)) return vec3(0.0);
     vec3 emission = materials[m].emissive;
     if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
         uint at = triangle * SHADING_STRIDE;
@@ -153,15 +165,4 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     s.absorption = vec3(0.0);
     apply_material(s, m, interpolate_color(at, b), uv0, uv1);
     return s;
-}
-
-// For shadow rays: whether an alpha mask leaves the triangle in place at this point.
-bool alpha_accepts(uint triangle, vec2 barycentrics) {
-    if (!ALPHA_MASK) return true;
-    Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
-    if (m.alpha_cutoff < 0.0) return true;
-    uint at = triangle * SHADING_STRIDE;
-    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
-    float alpha = m.base_alpha * interpolate_color(at, b).a;
-    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
 }
