@@ -106,7 +106,7 @@ fn segmented_exclusive_scan() {
     let mut random = Random(7);
     for_each_case(|what, data, count| {
         let n = data.len();
-        let sparse: Vec<u32> = (0..n).map(|_| u32::from(random.next() % 1000 == 0)).collect();
+        let sparse: Vec<u32> = (0..n).map(|_| u32::from(random.next().is_multiple_of(1000))).collect();
         let dense: Vec<u32> = (0..n).map(|_| (random.next() % 3) as u32).collect();
         for (kind, heads) in [("sparse", sparse), ("dense", dense), ("none", vec![0; n]), ("all", vec![9; n])] {
             let (input, flags, output) = (h.input(data), h.input(&heads), h.output(n));
@@ -207,7 +207,7 @@ fn compaction() {
     let mut random = Random(3);
     for_each_case(|what, data, count| {
         let n = data.len();
-        let flags: Vec<u32> = data.iter().map(|&word| if random.next() % 5 == 0 { 0 } else { word }).collect();
+        let flags: Vec<u32> = data.iter().map(|&word| if random.next().is_multiple_of(5) { 0 } else { word }).collect();
         let (input, kept, number, args) = (h.input(&flags), h.output(n), h.output(1), h.output::<DispatchArgs>(1));
         h.run(&[&number, &args], |g| {
             let input = g.import_read(&input);

@@ -57,7 +57,7 @@ fn host_sort(pairs: &mut Vec<(u32, u32)>, spare: &mut Vec<(u32, u32)>) {
 #[ignore = "a measurement"]
 fn rates() {
     let h = Harness::lock();
-    for exponent in [20] {
+    for exponent in [16, 20, 23] {
         let n = 1usize << exponent;
         let mut random = Random(5);
         let keys: Vec<u32> = (0..n).map(|_| random.next() as u32).collect();

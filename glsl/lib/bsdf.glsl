@@ -78,6 +78,10 @@ float ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
     return ggx_d(clamp(dot(n, h), 0.0, 1.0), alpha) * g / (4.0 * n_o * n_i);
 }
 
+bool is_lambert(Surface s) {
+    return s.f90 == 0.0 && s.f0 == vec3(0.0);
+}
+
 bool has_diffuse(Surface s) {
     return max_component(s.diffuse) > 0.0;
 }

@@ -133,9 +133,8 @@ impl Runtime {
         let slice = |usage: &Use| memory.slice(plan, usage.buffer);
         match &pass.operation {
             Operation::Dispatch { kernel, constants, params, grid } => {
-                let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING);
-                let slices: Vec<_> = bound.map(|u| (u.binding, slice(u))).collect();
-                recorder.bind(&self.pipeline(kernel, constants)?, &slices, params)?;
+                let bound = memory.bound(plan, pass, None);
+                recorder.bind(&self.pipeline(kernel, constants)?, &bound, params)?;
                 match grid {
                     GridSpec::Groups(groups) => dispatch(recorder, *groups),
                     GridSpec::Indirect(buffer) => {
@@ -147,17 +146,8 @@ impl Runtime {
             Operation::Windows { kernel, constants, bindings, windows } => {
                 let pipeline = self.pipeline(kernel, constants)?;
                 for window in windows {
-                    let slices: Vec<_> = pass
-                        .uses
-                        .iter()
-                        .map(|u| {
-                            (
-                                u.binding,
-                                if bindings.contains(&u.binding) { part(plan, slice(u), u, window) } else { slice(u) },
-                            )
-                        })
-                        .collect();
-                    recorder.bind(&pipeline, &slices, &window.params)?;
+                    let bound = memory.bound(plan, pass, Some((bindings, window)));
+                    recorder.bind(&pipeline, &bound, &window.params)?;
                     dispatch(recorder, window.groups);
                 }
             }
@@ -180,15 +170,19 @@ impl Runtime {
         let mut recorder = self.device.recorder("warm-up")?;
         let mut seen: Vec<*const Pipeline> = Vec::new();
         for pass in &plan.passes {
-            let Operation::Dispatch { kernel, constants, params, .. } = &pass.operation else { continue };
+            let (kernel, constants, params, window) = match &pass.operation {
+                Operation::Dispatch { kernel, constants, params, .. } => (kernel, constants, params, None),
+                Operation::Windows { kernel, constants, bindings, windows } => {
+                    (kernel, constants, &windows[0].params, Some((bindings.as_slice(), &windows[0])))
+                }
+                _ => continue,
+            };
             let pipeline = self.pipeline(kernel, constants)?;
             if seen.contains(&Arc::as_ptr(&pipeline)) {
                 continue;
             }
             seen.push(Arc::as_ptr(&pipeline));
-            let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING);
-            let slices: Vec<_> = bound.map(|u| (u.binding, memory.slice(plan, u.buffer))).collect();
-            recorder.bind(&pipeline, &slices, params)?;
+            recorder.bind(&pipeline, &memory.bound(plan, pass, window), params)?;
             recorder.dispatch([0, 1, 1]);
         }
         recorder.finish()?.submit()?.wait()
@@ -228,13 +222,6 @@ fn check_ranges(plan: &Plan, longest: u64) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// What a kernel sees of a buffer in one window.
-fn part<'a>(plan: &Plan, whole: BufferSlice<'a>, usage: &Use, window: &WindowSpec) -> BufferSlice<'a> {
-    let stride = plan.buffers[usage.buffer as usize].stride;
-    let (offset, bytes) = (whole.offset + u64::from(window.first) * stride, u64::from(window.count) * stride);
-    BufferSlice { buffer: whole.buffer, offset, bytes }
 }
 
 fn dispatch(recorder: &mut Recorder, [x, y]: [u32; 2]) {
@@ -308,6 +295,25 @@ impl Memory {
                 fill(recorder, self.slice(plan, buffer as u32), word);
             }
         }
+    }
+
+    /// What the kernel of `pass` sees: whole buffers, but of those bound to the window's bindings only the window.
+    fn bound(
+        &self,
+        plan: &Plan,
+        pass: &PassInfo,
+        window: Option<(&[u32], &WindowSpec)>,
+    ) -> Vec<(u32, BufferSlice<'_>)> {
+        let bound = pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING).map(|usage| {
+            let mut slice = self.slice(plan, usage.buffer);
+            if let Some((_, window)) = window.filter(|(bindings, _)| bindings.contains(&usage.binding)) {
+                let stride = plan.buffers[usage.buffer as usize].stride;
+                slice.offset += u64::from(window.first) * stride;
+                slice.bytes = u64::from(window.count) * stride;
+            }
+            (usage.binding, slice)
+        });
+        bound.collect()
     }
 
     fn slice(&self, plan: &Plan, buffer: u32) -> BufferSlice<'_> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, MOST_GROUPS, Operation, PassInfo};
+use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, MOST_GROUPS, Operation, PassInfo, Use};
 
 /// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
 const ALIGNMENT: u64 = 256;
@@ -141,7 +141,7 @@ impl Graph {
                 if usage.access == Access::Read && !written[usage.buffer as usize] {
                     return Err(PlanError::ReadBeforeWrite { pass: name, buffer });
                 }
-                let writes = |other: &super::Use| usage.access == Access::Write || other.access == Access::Write;
+                let writes = |other: &Use| usage.access == Access::Write || other.access == Access::Write;
                 if pass.uses[..i].iter().any(|other| other.buffer == usage.buffer && writes(other)) {
                     return Err(PlanError::Aliased { pass: name, buffer });
                 }

@@ -15,7 +15,7 @@ pub fn bvh(
     photons: &PhotonMap,
     gathered: &mut Buf<[f32; 4]>,
 ) {
-    let kernel = GatherBvh { glossy: v.glossy, smooth_normals: v.smooth_normals, epanechnikov };
+    let kernel = GatherBvh { glossy: v.gathers_glossy, smooth_normals: v.gathers_smooth, epanechnikov };
     let bind = GatherBvhBindings {
         list: &eye.list,
         count: &eye.count,

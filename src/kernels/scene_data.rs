@@ -48,6 +48,9 @@ pub struct Variant {
     pub delta_lights: bool,
     /// Shading normals that differ from geometric ones.
     pub smooth_normals: bool,
+    /// Whether a gathering surface reflects other than by Lambert's law, or has shading normals of its own.
+    pub gathers_glossy: bool,
+    pub gathers_smooth: bool,
     /// Vectors of [`SceneBuffers::shading_data`] per triangle.
     pub shading_stride: u32,
     /// Where each attribute begins in a triangle's vectors; 0 if absent.

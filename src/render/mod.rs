@@ -3,6 +3,7 @@
 mod casters;
 mod frame;
 mod lights;
+mod pixels;
 mod session;
 mod settings;
 mod shading;

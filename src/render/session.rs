@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::pixels;
 use super::settings::Settings;
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
@@ -190,64 +191,80 @@ impl Session {
         let mut picture = Picture::new(self.settings.width, self.settings.height);
         let scale = 1.0 / self.statistics.passes.max(1) as f64;
         let pixels = self.settings.pixels() as usize;
-        let mut beauty = Vec::with_capacity(3 * pixels);
-        let mut layers: [Vec<f32>; 6] = Default::default();
+        let mut beauty = vec![0.0; 3 * pixels];
+        let mut layers: Vec<Vec<f32>> =
+            LAYERS.iter().map(|(_, channels)| vec![0.0; channels.count() * pixels]).collect();
         for band in &self.state.bands {
-            for pixel in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize) {
-                beauty.extend((0..3).map(|k| ((f64::from(pixel[k]) + f64::from(pixel[k + 3])) * scale) as f32));
+            let place = |index: usize| self.place(band.first_pixel + index as u32);
+            for (index, pixel) in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize).enumerate() {
+                let mean = |k: usize| ((f64::from(pixel[k]) + f64::from(pixel[k + 3])) * scale) as f32;
+                beauty[3 * place(index)..][..3].copy_from_slice(&[mean(0), mean(1), mean(2)]);
             }
             if self.settings.layers {
-                for pixel in self.runtime.download(&band.layers)?.chunks(LAYER_VECTORS as usize) {
-                    add_layers(&mut layers, pixel, scale);
+                for (index, pixel) in self.runtime.download(&band.layers)?.chunks(LAYER_VECTORS as usize).enumerate() {
+                    set_layers(&mut layers, place(index), pixel, scale);
                 }
             }
         }
         picture.push("", Channels::Rgb, beauty);
         if self.settings.layers {
-            let kinds = [
-                ("albedo", Channels::Rgb),
-                ("normal", Channels::Vector),
-                ("depth", Channels::Scalar),
-                ("direct", Channels::Rgb),
-                ("indirect", Channels::Rgb),
-                ("caustic", Channels::Rgb),
-            ];
-            for ((name, channels), data) in kinds.into_iter().zip(layers) {
+            for ((name, channels), data) in LAYERS.into_iter().zip(layers) {
                 picture.push(name, channels, data);
             }
         }
         Ok(picture)
     }
 
-    /// Per pixel and channel: sum and sum of squares of the passes, in double precision.
+    /// Row-major index of the pixel with this index on the device.
+    fn place(&self, index: u32) -> usize {
+        let (x, y) = pixels::position(index, self.settings.width, self.settings.height);
+        (y * self.settings.width + x) as usize
+    }
+
+    /// Per pixel (row by row) and channel: sum and sum of squares of the passes, in double precision.
     pub fn moments(&self) -> Result<Vec<[f64; 6]>> {
-        let mut moments = Vec::with_capacity(self.settings.pixels() as usize);
+        let mut moments = vec![[0.0; 6]; self.settings.pixels() as usize];
         for band in &self.state.bands {
-            for pixel in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize) {
+            for (index, pixel) in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize).enumerate() {
                 let pair = |k: usize| f64::from(pixel[k]) + f64::from(pixel[k + 3]);
-                moments.push([pair(0), pair(1), pair(2), pair(6), pair(7), pair(8)]);
+                let place = self.place(band.first_pixel + index as u32);
+                moments[place] = [pair(0), pair(1), pair(2), pair(6), pair(7), pair(8)];
             }
         }
         Ok(moments)
     }
 }
 
+/// Layers in the order of the film's sums.
+const LAYERS: [(&str, Channels); 6] = [
+    ("albedo", Channels::Rgb),
+    ("normal", Channels::Vector),
+    ("depth", Channels::Scalar),
+    ("direct", Channels::Rgb),
+    ("indirect", Channels::Rgb),
+    ("caustic", Channels::Rgb),
+];
+
 /// One pixel's layer sums (high and low parts in turn) as means.
-fn add_layers(layers: &mut [Vec<f32>; 6], pixel: &[[f32; 4]], scale: f64) {
+fn set_layers(layers: &mut [Vec<f32>], place: usize, pixel: &[[f32; 4]], scale: f64) {
     let sum = |layer: usize, k: usize| f64::from(pixel[2 * layer][k]) + f64::from(pixel[2 * layer + 1][k]);
     for (layer, data) in layers.iter_mut().enumerate() {
-        match layer {
-            1 => {
-                let normal = [sum(1, 0), sum(1, 1), sum(1, 2)];
-                let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-                data.extend(normal.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 }));
+        match LAYERS[layer].1 {
+            Channels::Vector => {
+                let vector = [0, 1, 2].map(|k| sum(layer, k));
+                let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let unit = vector.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 });
+                data[3 * place..][..3].copy_from_slice(&unit);
             }
-            2 => {
+            Channels::Scalar => {
                 // The mean over the samples that met a surface; infinity where none did.
-                let covered = sum(2, 1);
-                data.push(if covered > 0.0 { (sum(2, 0) / covered) as f32 } else { f32::INFINITY });
+                let covered = sum(layer, 1);
+                data[place] = if covered > 0.0 { (sum(layer, 0) / covered) as f32 } else { f32::INFINITY };
             }
-            _ => data.extend((0..3).map(|k| (sum(layer, k) * scale) as f32)),
+            Channels::Rgb => {
+                let mean = [0, 1, 2].map(|k| (sum(layer, k) * scale) as f32);
+                data[3 * place..][..3].copy_from_slice(&mean);
+            }
         }
     }
 }

@@ -1,15 +1,17 @@
 //! A scene on the device: tree, attributes, lights, casters, and the variant of the kernels that it needs.
 
-use super::casters::{casters, is_specular};
+use super::casters::{FOLLOWED_ROUGHNESS, casters, is_specular};
 use super::lights::LightTable;
 use super::settings::Settings;
 use super::shading::{Textures, vertex_data};
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Lanes, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
-use crate::kernels::generated::{BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material, Pass, TextureUse};
+use crate::kernels::generated::{
+    BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
+};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::scene::{Needs, Projection, Scene};
+use crate::scene::{Material, Needs, Projection, Scene};
 use crate::vk::DeviceKind;
 
 /// A scene in device memory.
@@ -17,7 +19,7 @@ pub struct DeviceScene {
     nodes: Persistent<BvhNode>,
     triangles: Persistent<BvhTriangle>,
     shading_data: Persistent<[f32; 4]>,
-    materials: Persistent<Material>,
+    materials: Persistent<DeviceMaterial>,
     texture_uses: Persistent<TextureUse>,
     texels: Persistent<u32>,
     lights: Persistent<Light>,
@@ -166,7 +168,9 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
         environment: full || table.has_environment,
         area_lights: full || table.has_triangles,
         delta_lights: full || table.has_delta,
-        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene),
+        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, |_| true),
+        gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
+        gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, gathers),
         shading_stride: 3,
         uv0_at: 0,
         uv1_at: 0,
@@ -185,11 +189,23 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
     Variant { uv0_at, uv1_at, color_at, tangent_at, ..v }
 }
 
-/// Whether any vertex normal differs from its triangle's by more than rounding.
-fn has_smooth_normals(scene: &Scene) -> bool {
+/// Whether a surface of this material has a lobe that is gathered: not a pure mirror, nor pure glass.
+fn gathers(m: &Material) -> bool {
+    let textured = m.metallic_roughness_texture.is_some() || m.transmission_texture.is_some();
+    let followed_only = (m.metallic >= 1.0 && m.roughness < FOLLOWED_ROUGHNESS) || m.transmission >= 1.0;
+    !m.unlit && (textured || !followed_only)
+}
+
+fn gathers_glossy(m: &Material) -> bool {
+    gathers(m) && (m.specular > 0.0 || m.metallic > 0.0 || m.transmission > 0.0)
+}
+
+/// Whether any vertex normal of a chosen material's triangles differs from its triangle's by more than rounding.
+fn has_smooth_normals(scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool {
     let g = &scene.geometry;
     let vector = |v: [f32; 3]| glam::DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    g.triangles.iter().any(|corners| {
+    let chosen: Vec<bool> = scene.materials.iter().map(chosen).collect();
+    g.triangles.iter().zip(&g.material).filter(|(_, m)| chosen[**m as usize]).any(|(corners, _)| {
         let [a, b, c] = corners.map(|corner| vector(g.positions[corner as usize]));
         let normal = (b - a).cross(c - a).normalize_or_zero();
         normal != glam::DVec3::ZERO

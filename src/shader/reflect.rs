@@ -9,7 +9,9 @@ use std::path::Path;
 pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
     let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned();
     let fail = |what: String| format!("{}: {what}", file.display());
-    let entry_points = ReflectConfig::new().spv(without_logic(words)).reflect().map_err(|e| fail(e.to_string()))?;
+    // All resources: by itself the crate overlooks a buffer of which only the length is used.
+    let entry_points =
+        ReflectConfig::new().spv(without_logic(words)).ref_all_rscs(true).reflect().map_err(|e| fail(e.to_string()))?;
     let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
     let local_size = local_size(words).map_err(&fail)?;
     let mut kernel = Kernel { name, local_size, params: None, bindings: vec![], constants: vec![] };

@@ -31,11 +31,12 @@ void main() {
         uint node = link >> 1;
         bool second = (link & 1u) != 0u;
         if (second) {
-            nodes[node].min1.xyz = box.min;
-            nodes[node].max1.xyz = box.max;
+            nodes[node].min1 = vec4(box.min, 0.0);
+            nodes[node].max1 = vec4(box.max, 0.0);
         } else {
-            nodes[node].min0.xyz = box.min;
-            nodes[node].max0.xyz = box.max;
+            // Whole vectors are cheaper than three words, and nobody changes the references by now.
+            nodes[node].min0 = vec4(box.min, nodes[node].min0.w);
+            nodes[node].max0 = vec4(box.max, nodes[node].max0.w);
         }
         if (FENCES) memoryBarrierBuffer();
         uint before = atomicAdd(arrivals[node], 1u);

@@ -7,6 +7,7 @@ layout(local_size_x = 64) in;
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
+#include "lib/pixels.glsl"
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -29,7 +30,7 @@ void main() {
     EyeHit hit = eye_hits[slot];
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
-    uint key = hash2(pass[0].seed, (slot + camera[0].first_pixel * camera[0].slots) ^ 0x5bd1e995u);
+    uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ 0x5bd1e995u);
     float choice = sequence1(pass[0].index, key, 1u);
     uint light = choose_light(choice);
     LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));
@@ -37,7 +38,7 @@ void main() {
     // Positive comparisons: a light at the very point has no direction.
     if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return;
     vec3 f;
-    if (GLOSSY) {
+    if (GLOSSY && !is_lambert(s)) {
         f = through * gathered_bsdf(s, to_eye, l.to_light);
         if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
     } else {

@@ -6,6 +6,7 @@ layout(local_size_x = 64) in;
 #include "lib/sampling.glsl"
 #include "shared/scene.glsl"
 #include "shared/photon.glsl"
+#include "lib/pixels.glsl"
 
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
@@ -20,22 +21,21 @@ void main() {
     uint pixel = linear_id();
     Camera c = camera[0];
     if (pixel >= c.pixels) return;
-    uint x = (c.first_pixel + pixel) % c.width, y = (c.first_pixel + pixel) / c.width;
+    uvec2 at = pixel_position(c.first_pixel + pixel, c.width, c.height);
     // The pass index runs through one low-discrepancy sequence per pixel, so that passes together stratify the pixel.
-    vec2 jitter = sequence2(pass[0].index, hash2(pass[0].seed, c.first_pixel + pixel), 0u);
-    vec2 p = (vec2(x, y) + jitter) / vec2(c.width, c.height) * 2.0 - 1.0;
+    vec2 jitter = sequence2(pass[0].index, hash2(pass[0].seed, at.y * c.width + at.x), 0u);
+    vec2 p = (vec2(at) + jitter) / vec2(c.width, c.height) * 2.0 - 1.0;
     vec3 across = c.right * p.x - c.up * p.y;
     bool parallel = c.orthographic != 0u;
     vec3 origin = parallel ? c.position + across : c.position;
     vec3 direction = parallel ? c.forward : normalize(c.forward + across);
-    uint slot = pixel * c.slots;
-    rays[2u * slot] = vec4(origin, 0.0);
-    rays[2u * slot + 1u] = vec4(direction, 0.0);
-    throughput[slot] = vec4(1.0, 1.0, 1.0, float(c.slots));
-    states[slot] = 0u;
-    list[pixel] = slot;
+    rays[2u * pixel] = vec4(origin, 0.0);
+    rays[2u * pixel + 1u] = vec4(direction, 0.0);
+    throughput[pixel] = vec4(1.0, 1.0, 1.0, float(c.slots));
+    states[pixel] = 0u;
+    list[pixel] = pixel;
     for (uint i = 0u; i < c.slots; ++i) {
-        radiance[slot + i] = vec4(0.0);
-        valid[slot + i] = 0u;
+        radiance[pixel + i * c.pixels] = vec4(0.0);
+        valid[pixel + i * c.pixels] = 0u;
     }
 }

@@ -1,5 +1,5 @@
 // One step of the eye paths: adds emission, stores an eye hit where the surface gathers, and follows mirrors and glass
-// with up to two children. A path owns a range of its pixel's slots; splitting divides the range, and with a single slot
+// with up to two children. A path owns a range of its pixel's slots (slot k of pixel p is k * pixels + p); splitting divides the range, and with a single slot
 // left one continuation is drawn by its weight, so that no sum depends on the order of execution.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +8,7 @@ layout(local_size_x = 64) in;
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
 #include "shared/photon.glsl"
+#include "lib/pixels.glsl"
 
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;
@@ -38,8 +39,8 @@ const float SPLIT_THRESHOLD = 0.004;
 // The path that owns a pixel's first slot overwrites the layers until it ends: what remains is the first surface that is
 // not a mirror or glass.
 void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
-    if (slot % camera[0].slots != 0u) return;
-    uint at = 7u * (slot / camera[0].slots);
+    if (slot >= camera[0].pixels) return;
+    uint at = 7u * slot;
     aov_first[at] = albedo.x;
     aov_first[at + 1u] = albedo.y;
     aov_first[at + 2u] = albedo.z;
@@ -154,7 +155,7 @@ void main() {
         return;
     }
     gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
-    uint seed = hash2(hash2(pass[0].seed, pass[0].index), (slot + camera[0].first_pixel * camera[0].slots) * 64u + depth);
+    uint seed = hash2(hash2(pass[0].seed, pass[0].index), slot_key(slot, camera[0]) + depth);
     vec2 u = vec2(unit_float(hash(seed ^ 0x1b56c4e9u)), unit_float(hash(seed ^ 0x7feb352du)));
     float choice = unit_float(hash(seed ^ 0x3c6ef372u));
     Child a, b;
@@ -180,7 +181,7 @@ void main() {
     }
     if (gathers) {
         store_hit(slot, hit.triangle, s, -d, through);
-        slot += 1u;
+        slot += camera[0].pixels;
         slots -= 1u;
         if (slots == 0u) return;
     }
@@ -190,7 +191,7 @@ void main() {
         uint minor = max(1u, slots / 4u);
         uint slots_a = a.importance < b.importance ? minor : slots - minor;
         emit_child(j, 0u, slot, slots_a, a, through, s, state);
-        emit_child(j, 1u, slot + slots_a, slots - slots_a, b, through, s, state);
+        emit_child(j, 1u, slot + slots_a * camera[0].pixels, slots - slots_a, b, through, s, state);
         return;
     }
     float p = a.importance / (a.importance + b.importance);

@@ -36,7 +36,7 @@ void main() {
     if (pixel >= c.pixels || overflow[0] != 0u) return;
     vec3 direct = vec3(0.0), caustic = vec3(0.0), other = vec3(0.0);
     for (uint i = 0u; i < c.slots; ++i) {
-        uint slot = pixel * c.slots + i;
+        uint slot = i * c.pixels + pixel;
         direct += radiance[slot].xyz;
         caustic += gathered[2u * slot].xyz;
         other += gathered[2u * slot + 1u].xyz;

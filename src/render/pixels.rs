@@ -1,0 +1,29 @@
+//! Order of pixels on the device, the host's copy of glsl/lib/pixels.glsl.
+
+const ROWS: u32 = 4;
+
+/// Column and row of the pixel with this index.
+pub fn position(index: u32, width: u32, height: u32) -> (u32, u32) {
+    let strip = index / (ROWS * width);
+    let rows = ROWS.min(height - strip * ROWS);
+    let inside = index - strip * ROWS * width;
+    (inside / rows, strip * ROWS + inside % rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_has_one_index() {
+        for (width, height) in [(1, 1), (1, 9), (7, 3), (5, 4), (6, 11), (16, 8)] {
+            let mut seen = vec![false; (width * height) as usize];
+            for index in 0..width * height {
+                let (x, y) = position(index, width, height);
+                assert!(x < width && y < height);
+                assert!(!std::mem::replace(&mut seen[(y * width + x) as usize], true));
+            }
+        }
+        assert_eq!(position(5, 16, 8), (1, 1), "strips of four rows, column by column");
+    }
+}
