@@ -24,7 +24,10 @@ struct Ellipse {
 Ellipse principal_axes(vec3 a, vec3 b, vec3 normal) {
     vec3 t, s;
     basis(normal, t, s);
-    vec2 u = vec2(dot(a, t), dot(a, s)), v = vec2(dot(b, t), dot(b, s));
+    // In units of the largest component: products of four lengths neither under- nor overflow.
+    float unit = max(max_component(abs(a)), max_component(abs(b)));
+    if (!(unit > 0.0)) return Ellipse(t, s, 0.0, 0.0);
+    vec2 u = vec2(dot(a, t), dot(a, s)) / unit, v = vec2(dot(b, t), dot(b, s)) / unit;
     float xx = u.x * u.x + v.x * v.x, yy = u.y * u.y + v.y * v.y, xy = u.x * u.y + v.x * v.y;
     float determinant = abs(u.x * v.y - u.y * v.x);
     float half_difference = 0.5 * (xx - yy);
@@ -35,7 +38,8 @@ Ellipse principal_axes(vec3 a, vec3 b, vec3 normal) {
     axis = size > 0.0 ? axis / size : vec2(1.0, 0.0);
     Ellipse e;
     e.longer = sqrt(large);
-    e.shorter = e.longer > 0.0 ? determinant / e.longer : 0.0;
+    e.shorter = e.longer > 0.0 ? unit * (determinant / e.longer) : 0.0;
+    e.longer *= unit;
     e.major = axis.x * t + axis.y * s;
     e.minor = -axis.y * t + axis.x * s;
     return e;
