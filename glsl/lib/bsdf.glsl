@@ -86,12 +86,18 @@ bool has_diffuse(Surface s) {
     return max_component(s.diffuse) > 0.0;
 }
 
+bool is_glass(Surface s) {
+    return max_component(s.transmission) > 0.0;
+}
+
+// The reflection of rough glass is followed together with its refraction, however rough: gathering it too would count it
+// twice.
 bool has_gathered_glossy(Surface s) {
-    return s.alpha >= ALPHA_GATHER && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
+    return s.alpha >= ALPHA_GATHER && !is_glass(s) && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
 }
 
 bool has_followed_glossy(Surface s) {
-    return s.alpha < ALPHA_GATHER && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
+    return (s.alpha < ALPHA_GATHER || is_glass(s)) && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
 }
 
 // Gathered part of the BSDF [1/sr] between two directions away from the surface.

@@ -29,7 +29,9 @@ vec3 normal_derivative(vec3 dp, vec3 e1, vec3 e2, vec3 dn1, vec3 dn2, vec3 unnor
     e2 *= unit;
     dp *= unit;
     vec3 n = cross(e1, e2);
-    float inverse = 1.0 / dot(n, n);
+    float n2 = dot(n, n);
+    if (n2 == 0.0) return vec3(0.0); // a needle whose normal is lost in rounding
+    float inverse = 1.0 / n2;
     vec3 dn = (dot(cross(dp, e2), n) * inverse) * dn1 + (dot(cross(e1, dp), n) * inverse) * dn2;
     float inverse_length = inversesqrt(max(dot(unnormalized, unnormalized), 1e-12));
     vec3 direction = unnormalized * inverse_length;

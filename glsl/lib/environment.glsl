@@ -7,8 +7,10 @@ vec3 environment_direction(vec2 uv) {
 }
 
 vec2 environment_uv(vec3 d) {
-    float u = atan(d.x, -d.z) / (2.0 * PI) + 0.5;
-    return vec2(u, acos(clamp(d.y, -1.0, 1.0)) / PI);
+    float across = length(d.xz);
+    // atan(0, 0) is undefined. The polar angle by atan keeps its digits near the poles, where acos loses half of them.
+    float u = across > 0.0 ? atan(d.x, -d.z) / (2.0 * PI) + 0.5 : 0.5;
+    return vec2(u, atan(across, d.y) / PI);
 }
 
 vec3 environment_texel(int x, int y) {

@@ -6,7 +6,10 @@ Surface surface_of(EyeHit hit, out vec3 to_eye, out vec3 through) {
     s.shading = oct_decode(hit.b.w);
     through = uintBitsToFloat(hit.c.xyz);
     to_eye = oct_decode(hit.d.x);
-    s.alpha = uintBitsToFloat(hit.c.w);
+    float alpha = uintBitsToFloat(hit.c.w);
+    s.alpha = abs(alpha);
+    // Only whether there is any matters here: it decides which lobes are gathered.
+    s.transmission = vec3(alpha < 0.0 ? 1.0 : 0.0);
     vec2 f0_rg = unpackHalf2x16(hit.d.y), f0_b = unpackHalf2x16(hit.d.z);
     s.f0 = vec3(f0_rg, f0_b.x);
     s.f90 = f0_b.y;

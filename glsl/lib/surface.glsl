@@ -26,7 +26,14 @@ vec3 unit_or(vec3 v, vec3 fallback) {
 vec3 triangle_normal(vec3 e1, vec3 e2) {
     float unit = 1.0 / max_component(max(abs(e1), abs(e2)));
     vec3 n = cross(e1 * unit, e2 * unit);
-    return n * (1.0 / length(n));
+    float size = max_component(abs(n));
+    if (size == 0.0) { // a needle whose normal is lost in rounding: any that is perpendicular
+        vec3 along = e1 * unit;
+        n = abs(along.x) > abs(along.z) ? vec3(-along.y, along.x, 0.0) : vec3(0.0, -along.z, along.y);
+        size = max_component(abs(n));
+        if (size == 0.0) return vec3(0.0, 0.0, 1.0);
+    }
+    return normalize(n / size);
 }
 
 vec2 interpolate_uv0(uint at, vec3 b) {
@@ -55,9 +62,21 @@ vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
     return TEXTURES && use != NO_TEXTURE ? sample_texture(use, uv0, uv1) : vec4(1.0);
 }
 
+// Whether an alpha mask leaves the triangle in place at this point.
+bool alpha_accepts(uint triangle, vec2 barycentrics) {
+    if (!ALPHA_MASK) return true;
+    Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
+    if (m.alpha_cutoff < 0.0) return true;
+    uint at = triangle * SHADING_STRIDE;
+    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    float alpha = m.base_alpha * interpolate_color(at, b).a;
+    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
+}
+
 // Emitted radiance of the front side at a point of a triangle.
 vec3 emission_at(uint triangle, vec2 barycentric) {
     uint m = floatBitsToUint(triangles[triangle].v2.w);
+    if (!alpha_accepts(triangle, barycentric)) return vec3(0.0);
     vec3 emission = materials[m].emissive;
     if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
         uint at = triangle * SHADING_STRIDE;
@@ -97,12 +116,15 @@ MaterialTexels material_texels(Material m, vec2 uv0, vec2 uv1) {
 }
 
 void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec3 map) {
+    // In the frame of the front: the bumps seen from the back are the same surface, its normal turned round as a whole.
+    float side = s.front ? 1.0 : -1.0;
+    vec3 front = side * s.shading;
     vec4 tangent = interpolate_tangent(at, b);
-    vec3 t = unit_or(tangent.xyz - s.shading * dot(s.shading, tangent.xyz), vec3(0.0));
-    vec3 bitangent = cross(s.shading, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
+    vec3 t = unit_or(tangent.xyz - front * dot(front, tangent.xyz), vec3(0.0));
+    vec3 bitangent = cross(front, t) * (tangent.w < 0.0 ? -1.0 : 1.0);
     vec3 texel = map * 2.0 - 1.0;
-    vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + s.shading * texel.z;
-    s.shading = unit_or(n, s.shading);
+    vec3 n = t * (texel.x * m.normal_scale) + bitangent * (texel.y * m.normal_scale) + front * texel.z;
+    s.shading = unit_or(side * n, s.shading);
 }
 
 void apply_material(inout Surface s, Material m, vec4 color, MaterialTexels x) {
@@ -173,15 +195,4 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     s.absorption = vec3(0.0);
     apply_material(s, m, interpolate_color(at, b), texels_here);
     return s;
-}
-
-// For shadow rays: whether an alpha mask leaves the triangle in place at this point.
-bool alpha_accepts(uint triangle, vec2 barycentrics) {
-    if (!ALPHA_MASK) return true;
-    Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
-    if (m.alpha_cutoff < 0.0) return true;
-    uint at = triangle * SHADING_STRIDE;
-    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
-    float alpha = m.base_alpha * interpolate_color(at, b).a;
-    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
 }

@@ -10,6 +10,11 @@ const uint PATH_DEPTH_MASK = 0xffu;
 const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
 const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
 
+// A material beyond the bits is not remembered: the back of its boundary still names it (see `leaving`).
+uint path_medium(uint material) {
+    return material < PATH_MEDIUM_MASK ? material + 1u : 0u;
+}
+
 // Stored photon, 64 bytes: four vec4 loads in the gather.
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
 //   c: dual vector u, 1 / slab thickness d: dual vector v, kernel area and class
@@ -23,7 +28,7 @@ struct Photon {
 
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
-//   c: throughput, GGX alpha  d: octahedral direction to the eye, F0 and F90 as halves, triangle
+//   c: throughput, GGX alpha (negative: glass)  d: octahedral direction to the eye, F0 and F90 as halves, triangle
 struct EyeHit {
     uvec4 a;
     uvec4 b;

@@ -104,11 +104,13 @@ fn emit(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, fli
     let mut list = g.buffer("photon_first_list", emission.count);
     let kernel = PhotonEmit {
         textures: v.textures,
+        alpha_mask: v.alpha_mask,
         environment: v.environment,
         area_lights: v.area_lights,
         shading_stride: v.shading_stride,
         uv0_at: v.uv0_at,
         uv1_at: v.uv1_at,
+        color_at: v.color_at,
         caustic: emission.caustic,
     };
     let bind = PhotonEmitBindings {

@@ -35,7 +35,8 @@ void main() {
     uint light = choose_light(choice);
     LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));
     float cosine = dot(s.shading, l.to_light);
-    if (cosine <= 0.0 || dot(s.geometric, l.to_light) <= 0.0 || max_component(l.weight) <= 0.0) return;
+    // Positive comparisons: a light at the very point has no direction.
+    if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return;
     vec3 f;
     if (GLOSSY && !is_lambert(s)) {
         f = through * gathered_bsdf(s, to_eye, l.to_light);

@@ -54,7 +54,7 @@ void store_hit(uint slot, uint triangle, Surface s, vec3 to_eye, vec3 weight) {
     EyeHit h;
     h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
     h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
-    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(s.alpha));
+    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(is_glass(s) ? -s.alpha : s.alpha));
     h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), triangle);
     eye_hits[slot] = h;
     valid[slot] = 1u;
@@ -95,7 +95,7 @@ void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child refl
     // Radiance is divided by the square of the index on its way; a thin sheet ends where it began.
     transmitted.weight = (1.0 - fresnel) * s.transmission * (eta * eta) * facet_weight(s, -d, t);
     transmitted.importance = luminance(through * transmitted.weight);
-    transmitted.medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
+    transmitted.medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
 }
 
 void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through, Surface s, uint state) {
@@ -124,7 +124,7 @@ void main() {
     Hit hit = unpack_hit(hits[slot]);
     if (hit.triangle == BVH_MISS) {
         vec3 sky = vec3(0.0);
-        if (ENVIRONMENT) sky = environment_radiance(d);
+        if (ENVIRONMENT && globals[0].environment_width > 0u) sky = environment_radiance(d);
         radiance[slot].xyz += through * sky;
         if (AOV) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
         return;

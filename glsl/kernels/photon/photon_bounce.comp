@@ -142,7 +142,12 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
             p_transmit = dot(t, s.geometric) < 0.0 ? max_component((1.0 - fresnel) * s.transmission) * facet_weight(s, -d, t) : 0.0;
         }
     }
-    if (!CAUSTIC) p_diffuse = max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, clamp(-dot(s.shading, d), 0.0, 1.0))));
+    if (!CAUSTIC) {
+        // The coat for a direction along the normal: by the incoming angle it would be opaque at grazing angles, where it is
+        // not for the directions that follow, and the few survivors would carry many times the flux.
+        float half_cosine = sqrt(0.5 + 0.5 * clamp(-dot(s.shading, d), 0.0, 1.0));
+        p_diffuse = max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, half_cosine)));
+    }
     float total = p_diffuse + p_reflect + p_transmit;
     float norm = total > 1.0 ? 1.0 / total : 1.0;
     p_diffuse *= norm;
@@ -158,7 +163,7 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         e.direction = t;
         e.probability = p_transmit;
         e.weight = (1.0 - fresnel) * s.transmission * (facet_weight(s, -d, t) / p_transmit);
-        medium = volume ? (s.front ? s.material + 1u : 0u) : medium;
+        medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
         e.state = (e.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
         // A thin sheet bends light back at once: the derivative of the direction is unchanged.
         if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));

@@ -53,6 +53,14 @@ float cone_of(Caster c, vec3 p, out vec3 axis) {
     return s2 / (1.0 + sqrt(1.0 - s2)); // without cancellation for small angles
 }
 
+// Whether a direction is inside of the cone. By the sine: the cosine of a small angle has no digits left.
+bool in_cone(Caster c, vec3 p, vec3 d) {
+    vec3 offset = c.center - p;
+    float d2 = dot(offset, offset), r2 = c.radius * c.radius;
+    vec3 side = cross(offset, d);
+    return d2 <= r2 || (dot(offset, d) > 0.0 && dot(side, side) <= r2);
+}
+
 // A direction from p towards the casters and its density per solid angle.
 vec3 aim(vec3 p, float choice, vec2 u, out float pdf) {
     uint chosen = choose_caster(choice);
@@ -62,7 +70,7 @@ vec3 aim(vec3 p, float choice, vec2 u, out float pdf) {
     pdf = 0.0;
     for (uint i = 0u; i < globals[0].caster_count; ++i) {
         open = cone_of(casters[i], p, axis);
-        bool inside = i == chosen || 1.0 - dot(d, axis) <= open;
+        bool inside = i == chosen || in_cone(casters[i], p, d);
         pdf += inside ? casters[i].probability / (2.0 * PI * open) : 0.0;
     }
     return d;
@@ -91,8 +99,8 @@ vec3 start_outside(vec3 d, float choice, vec2 u, out float pdf) {
         for (uint i = 0u; i < g.caster_count; ++i) {
             vec3 offset = p - casters[i].center;
             float r2 = casters[i].radius * casters[i].radius;
-            float away2 = max(0.0, dot(offset, offset) - sqr(dot(offset, d)));
-            pdf += i == chosen || away2 <= r2 ? casters[i].probability / (PI * r2) : 0.0;
+            vec3 away = cross(offset, d); // a difference of squares would cancel for small casters
+            pdf += i == chosen || dot(away, away) <= r2 ? casters[i].probability / (PI * r2) : 0.0;
         }
     }
     return p - d * (dot(p - g.center, d) + 1.5 * g.radius);
