@@ -109,7 +109,8 @@ impl Shot {
 /// The first layer and number that is not finite. A depth is infinite where nothing was seen.
 pub fn unfinished(picture: &Picture) -> Option<(String, usize)> {
     picture.layers.iter().find_map(|layer| {
-        let bad = |x: &f32| !x.is_finite() && !(layer.name == "depth" && *x == f32::INFINITY);
+        let unseen = |x: f32| layer.name == "depth" && x == f32::INFINITY;
+        let bad = |x: &f32| !(x.is_finite() || unseen(*x));
         layer.data.iter().position(bad).map(|at| (layer.name.clone(), at))
     })
 }

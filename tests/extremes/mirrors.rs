@@ -91,7 +91,7 @@ fn case_11_light_in_the_centre_of_a_mirror() {
     let light = Light::Point { position: [0.0; 3], intensity: [1.0; 3] };
     let parts = vec![(floor, Material::lambert([1.0; 3])), (cap, Material::mirror())];
     let mut scene = Scene::from_parts(parts, vec![light], from_above([0.0, 0.1, 0.0], 1.0));
-    let radius = 1e-4 * f64::from(scene.bounds().expect("bounds").radius()); // at pass 0, src of the guard: MIN_RADIUS
+    let radius = 1e-4 * f64::from(scene.bounds().expect("bounds").radius()); // MIN_RADIUS of the footprints
     let half = 3.0 * radius;
     scene.cameras = vec![from_above([0.0, 0.1, 0.0], half as f32)];
     let shot = Shot::take(&scene, &settings(48, 48, 20_000), 0..2);
