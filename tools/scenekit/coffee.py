@@ -109,8 +109,8 @@ def coffee_cup():
     scene = Scene()
     stops = [(70, 42, 24), (150, 98, 58), (196, 146, 96), (226, 186, 138)]
     boards = scene.texture(images.wood(512, 256, 5, stops))
-    scene.add("table", quad((-60, 0, 40), (120, 0, 0), (0, 0, -100)), scene.diffuse("table", (1.0, 1.0, 1.0), base_texture=boards),
-              placed(yaw=-14.0), uv_scale=(1.6, 1.6))
+    scene.add("table", quad((-38, 0, 26), (76, 0, 0), (0, 0, -64)), scene.diffuse("table", (1.0, 1.0, 1.0), base_texture=boards),
+              placed(yaw=-14.0), uv_scale=(1.0, 1.0))
     cup(scene)
     teaspoon(scene, placed((10.2, 0.0, 8.4), 7.0))
     water_glass(scene, (9.2, 0.0, -7.6))
@@ -119,13 +119,14 @@ def coffee_cup():
     sugar(scene, "sugar_2", white, (-10.3, 0.0, 4.3), 52.0)
 
     # The sun is a narrow spot: every photon lands on the table. A window's worth of sky and a pale ceiling fill the shadows and
-    # give the metal something to show; both hang as low as the picture allows, since light from afar mostly misses.
+    # give the metal something to show; both hang as low as the picture allows, since light from afar mostly misses,
+    # and the largest footprint of a photon is a tenth of the scene.
     distance = 150.0
     scene.spot("sun", mul(unit(SUN), distance), (1.0, 2.0, -1.0), 6.0 * distance * distance, 7.0, 11.0, (1.0, 0.80, 0.56))
     sky = scene.emitter("sky", (2.2, 2.8, 3.6))
     for i in range(2):
         for j in range(2):
-            scene.add(f"pane_{i}{j}", quad((-26.0 + 18.0 * i, 27.0 + 17.0 * j, -42.0), (16.0, 0.0, 0.0), (0.0, 15.0, 0.0)), sky)
-    scene.add("ceiling", quad((-34.0, 62.0, -58.0), (84.0, 0.0, 0.0), (0.0, 0.0, 84.0)), scene.emitter("ceiling", (0.44, 0.41, 0.38)))
+            scene.add(f"pane_{i}{j}", quad((-17.0 + 12.0 * i, 18.0 + 11.3 * j, -28.0), (10.6, 0.0, 0.0), (0.0, 10.0, 0.0)), sky)
+    scene.add("ceiling", quad((-22.0, 41.0, -38.0), (55.0, 0.0, 0.0), (0.0, 0.0, 55.0)), scene.emitter("ceiling", (0.44, 0.41, 0.38)))
     scene.camera("camera", (1.6, 32.0, 24.5), (1.2, 2.2, -1.1), 30.0, 16 / 10)
     return scene
