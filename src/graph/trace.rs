@@ -7,9 +7,9 @@ pub struct Timing {
     pub name: String,
     /// Nesting depth, 0 outermost.
     pub depth: u32,
-    /// Start [ns] on the device's clock.
+    /// Start in nanoseconds on the device's clock.
     pub start_ns: u64,
-    /// End [ns].
+    /// End in nanoseconds.
     pub end_ns: u64,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The device side is glsl/lib/traverse.glsl, used by every kernel that traces, and the two kernels here, which trace
 //! buffers of rays. The host side mirrors glsl/lib/intersect.glsl operation by operation. The specification is
-//! [`reference`]: a loop over all triangles. Hits do not depend on the tree, not even among hits at equal distance.
+//! [`reference()`]: a loop over all triangles. Hits do not depend on the tree, not even among hits at equal distance.
 //!
 //! Host and device agree bit for bit where the device rounds additions, multiplications *and divisions* correctly
 //! (software devices do). Vulkan allows 2.5 ulp for a division; there `t` and the barycentrics may differ in the last bits.
