@@ -24,13 +24,14 @@ vec3 environment_radiance(vec3 d) { // bilinear; black without environment
     vec2 p = environment_uv(d) * vec2(globals[0].environment_width, globals[0].environment_height) - 0.5;
     vec2 base = floor(p);
     vec2 f = p - base;
-    vec3 sum = vec3(0.0);
-    [[dont_unroll]] for (int k = 0; k < 4; ++k) {
-        ivec2 corner = ivec2(k & 1, k >> 1);
-        vec2 w = mix(1.0 - f, f, equal(corner, ivec2(1)));
-        sum += environment_texel(int(base.x) + corner.x, int(base.y) + corner.y) * (w.x * w.y);
+    int x = int(base.x), y = int(base.y);
+    vec3 result = vec3(0.0);
+    [[dont_unroll]] for (int k = 0; k < 2; ++k) {
+        vec3 left = environment_texel(x, y + k);
+        vec3 row = left + (environment_texel(x + 1, y + k) - left) * f.x; // a constant stays what it is
+        result = k == 0 ? row : result + (row - result) * f.y;
     }
-    return sum;
+    return result;
 }
 
 // First entry of environment_cdf[first, first + count) above u.

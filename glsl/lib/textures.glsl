@@ -31,12 +31,13 @@ vec4 sample_texture(uint use, vec2 uv0, vec2 uv1) {
     p -= linear ? 0.5 : 0.0;
     vec2 base = floor(p);
     vec2 f = linear ? p - base : vec2(0.0);
-    vec4 sum = vec4(0.0);
-    // A loop, not four copies: software drivers compile for seconds what is inlined often.
-    [[dont_unroll]] for (int k = 0; k < 4; ++k) {
-        ivec2 corner = ivec2(k & 1, k >> 1);
-        vec2 w = mix(1.0 - f, f, equal(corner, ivec2(1)));
-        sum += fetch_texel(t, int(base.x) + corner.x, int(base.y) + corner.y) * (w.x * w.y);
+    int x = int(base.x), y = int(base.y);
+    vec4 result = vec4(0.0);
+    // A loop, not copies: software drivers compile for seconds what is inlined often.
+    [[dont_unroll]] for (int k = 0; k < 2; ++k) {
+        vec4 left = fetch_texel(t, x, y + k);
+        vec4 row = left + (fetch_texel(t, x + 1, y + k) - left) * f.x; // a constant stays what it is
+        result = k == 0 ? row : result + (row - result) * f.y;
     }
-    return sum;
+    return result;
 }

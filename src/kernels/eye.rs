@@ -238,8 +238,8 @@ pub(super) fn trace_list(
     g.dispatch(TraceList, Grid::Indirect(&list.args), (), bind);
 }
 
-/// Adds the direct light at the hits: one light, chosen by power, and one shadow ray for each hit.
-pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, eye: &mut EyeHits) {
+/// Adds the direct light at the hits: `samples` lights, chosen by power, and a shadow ray for each.
+pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
     let kernel = DirectLight {
         textures: v.textures,
         alpha_mask: v.alpha_mask,
@@ -251,6 +251,7 @@ pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, eye: &mut Ey
         uv0_at: v.uv0_at,
         uv1_at: v.uv1_at,
         color_at: v.color_at,
+        light_samples: samples,
     };
     let bind = DirectLightBindings {
         nodes: &scene.nodes,

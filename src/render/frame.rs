@@ -17,6 +17,9 @@ use crate::scene::Scene;
 /// the smallest binding limit.
 const BAND_SLOTS: u32 = 1 << 19;
 
+/// Shadow rays per eye hit and pass, where there is more than one direction to choose.
+const SHADOW_RAYS: u32 = 4;
+
 /// Film of one band of pixels.
 pub(super) struct BandFilm {
     pub first_pixel: u32,
@@ -123,7 +126,9 @@ pub(super) fn plan(
             EyeSettings { pixels: band.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers };
         let mut hits = g.scope("eye paths", |g| eye::trace(g, view, device.variant, eye_settings));
         if device.light_count > 0 {
-            g.scope("direct light", |g| eye::direct(g, view, device.variant, &mut hits));
+            // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.
+            let samples = if device.light_count == 1 && !device.has_wide_lights { 1 } else { SHADOW_RAYS };
+            g.scope("direct light", |g| eye::direct(g, view, device.variant, samples, &mut hits));
         }
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);

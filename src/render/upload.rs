@@ -33,6 +33,8 @@ pub struct DeviceScene {
     pub variant: Variant,
     /// Number of lights, emissive triangles counted one by one.
     pub light_count: u32,
+    /// Whether any light has an extent: emissive triangles or an environment.
+    pub(super) has_wide_lights: bool,
     /// Number of spheres that caustic photons are aimed at; 0: no caustics.
     pub caster_count: u32,
     /// Triangles in the tree.
@@ -105,6 +107,7 @@ impl DeviceScene {
             casters: memory.filled("casters", &casters)?,
             variant,
             light_count: table.lights.len() as u32,
+            has_wide_lights: table.has_triangles || table.has_environment,
             caster_count: casters.len() as u32,
             triangle_count: triangles.len() as u32,
             skipped_triangles: bvh.skipped,

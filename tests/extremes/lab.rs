@@ -42,6 +42,9 @@ pub fn settings(width: u32, height: u32, photons: u32) -> Settings {
         height,
         photons: Some(photons),
         layers: true,
+        // Wider than the defaults: these renders have few photons, and their answers are smooth.
+        caustic_smoothing: 3.0,
+        global_smoothing: 4.0,
         photon_bounces: 16,
         eye_depth: 12,
         ..Settings::default()

@@ -1,5 +1,5 @@
-// Direct light at the eye hits: one light chosen by power, one shadow ray. Glass casts full shadows here; the light
-// that it lets through arrives as caustic photons.
+// Direct light at the eye hits: LIGHT_SAMPLES lights chosen by power, a shadow ray for each. Glass casts full shadows here;
+// the light that it lets through arrives as caustic photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -23,6 +23,28 @@ layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
 #define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
 #include "lib/traverse.glsl"
 
+layout(constant_id = 21) const uint LIGHT_SAMPLES = 1;
+
+// Light that one sample brings.
+vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, uint k) {
+    uint index = pass[0].index * LIGHT_SAMPLES + k;
+    float choice = sequence1(index, key, 1u);
+    uint light = choose_light(choice);
+    LightSample l = sample_light(light, s.position, sequence2(index, key, 2u));
+    float cosine = dot(s.shading, l.to_light);
+    // Positive comparisons: a light at the very point has no direction.
+    if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return vec3(0.0);
+    vec3 f = uintBitsToFloat(hit.b.xyz);
+    if (GLOSSY && !is_lambert(s)) {
+        f = through * gathered_bsdf(s, to_eye, l.to_light);
+        if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
+    }
+    BvhTriangle corners = triangles[hit.d.w];
+    vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+    vec3 origin = offset_point(s.position, e1, e2, l.to_light);
+    return trace_any(origin, l.target - origin, 1.0) ? vec3(0.0) : f * l.weight * cosine;
+}
+
 void main() {
     uint j = linear_id();
     if (j >= count[0] || globals[0].light_count == 0u) return;
@@ -31,22 +53,7 @@ void main() {
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ 0x5bd1e995u);
-    float choice = sequence1(pass[0].index, key, 1u);
-    uint light = choose_light(choice);
-    LightSample l = sample_light(light, s.position, sequence2(pass[0].index, key, 2u));
-    float cosine = dot(s.shading, l.to_light);
-    // Positive comparisons: a light at the very point has no direction.
-    if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return;
-    vec3 f;
-    if (GLOSSY && !is_lambert(s)) {
-        f = through * gathered_bsdf(s, to_eye, l.to_light);
-        if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
-    } else {
-        f = uintBitsToFloat(hit.b.xyz);
-    }
-    BvhTriangle corners = triangles[hit.d.w];
-    vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
-    vec3 origin = offset_point(s.position, e1, e2, l.to_light);
-    if (trace_any(origin, l.target - origin, 1.0)) return;
-    radiance[slot].xyz += f * l.weight * cosine;
+    vec3 sum = vec3(0.0);
+    [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) sum += sample_direct(hit, s, to_eye, through, key, k);
+    radiance[slot].xyz += sum / float(LIGHT_SAMPLES);
 }
