@@ -1,5 +1,6 @@
 //! One pass, top to bottom: photons, their map, and for each band of pixels eye paths, direct light, gather, film.
 
+use super::estimator::{self, Estimator};
 use super::memory::Memory;
 use super::settings::Settings;
 use super::upload::{DeviceScene, device_camera};
@@ -7,9 +8,8 @@ use crate::error::Result;
 use crate::graph::{Executable, Graph, Input, Persistent, Plan, Readback, Runtime};
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, FILM_FLOATS, FilmBuffers, LAYER_VECTORS, PassResult};
-use crate::kernels::gather;
+use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::Pass;
-use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, Emission};
 use crate::scene::Scene;
 
@@ -103,15 +103,15 @@ pub(super) fn plan(
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let slots = slots_per_pixel(device);
     let mut deposits = None;
-    let mut map = None;
+    let chosen = settings.estimator.unwrap_or(Estimator::default_for(device.lanes));
+    let mut structure = None;
     if !budget.emissions.is_empty() {
         let mut store = Deposits::new(&mut g, budget.capacity);
         for emission in &budget.emissions {
             let name = if emission.caustic { "caustic photons" } else { "global photons" };
             g.scope(name, |g| photon::trace(g, &buffers, device.variant, *emission, &mut store));
         }
-        let options = lbvh::Options { leaf_items: settings.leaf_photons, fences: device.fences };
-        map = Some(g.scope("photon map", |g| photon::map(g, &store, options)));
+        structure = Some(g.scope("photon map", |g| estimator::build(g, chosen, device, settings, &store)));
         deposits = Some(store);
     }
     let mut rejected = g.import(&state.rejected);
@@ -132,9 +132,21 @@ pub(super) fn plan(
         }
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);
-        if let Some(map) = &map {
-            let options = gather::Options { epanechnikov: settings.epanechnikov, count_pairs: settings.count_pairs };
-            g.scope("gather", |g| gather::bvh(g, device.variant, options, &hits, map, &mut gathered));
+        if let (Some(structure), Some(store)) = (&structure, &deposits) {
+            let program = Program {
+                count_pairs: settings.count_pairs,
+                loop_limit: device.loop_limit,
+                ..Program::of(device.variant, settings.weight)
+            };
+            let place = Band {
+                camera: &camera,
+                size: [settings.width, settings.height],
+                first_pixel: band.first_pixel,
+                pixels: band.pixels,
+                bends: device.variant.glossy,
+            };
+            let points = (Points::from(&hits), place);
+            g.scope("gather", |g| estimator::gather(g, program, (structure, store), points, &mut gathered));
             if settings.count_pairs {
                 gathers.push(g.readback(&gathered));
             }

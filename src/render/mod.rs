@@ -1,6 +1,7 @@
 //! Rendering: the scene on the device, the pass list of a frame, and the session that runs passes.
 
 mod casters;
+mod estimator;
 mod frame;
 mod lights;
 mod memory;
@@ -11,6 +12,9 @@ mod settings;
 mod shading;
 mod upload;
 
+pub use crate::kernels::gather::Weight;
+pub use crate::kernels::photon::Footprint;
+pub use estimator::Estimator;
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
 pub use settings::Settings;

@@ -78,7 +78,8 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        let device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        device_scene.variant.blinn_phong = settings.blinn_phong;
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
@@ -298,6 +299,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
         caustic: false,
         smoothing: settings.global_smoothing,
         max_bounces: settings.photon_bounces,
+        footprint: settings.footprint,
     };
     let caustic_count = total / 2;
     let emissions = if device.caster_count > 0 && caustic_count > 0 {
@@ -306,6 +308,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
             caustic: true,
             smoothing: settings.caustic_smoothing,
             max_bounces: settings.photon_bounces.min(settings.eye_depth),
+            footprint: settings.footprint,
         };
         vec![caustic, global(total - caustic_count)]
     } else {

@@ -1,5 +1,9 @@
 //! What a render needs to know besides the scene.
 
+use super::estimator::Estimator;
+use crate::kernels::gather::Weight;
+use crate::kernels::photon::Footprint;
+
 /// Settings of a session. The defaults suit every scene: none has to be tuned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -13,8 +17,14 @@ pub struct Settings {
     pub seed: u32,
     /// Photons emitted per pass over both classes; `None` chooses by the image size.
     pub photons: Option<u32>,
-    /// Epanechnikov kernel if true, constant otherwise.
-    pub epanechnikov: bool,
+    /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
+    pub estimator: Option<Estimator>,
+    /// Kernel of the density estimate.
+    pub weight: Weight,
+    /// How large footprints are.
+    pub footprint: Footprint,
+    /// Gathered glossy lobes after Blinn and Phong instead of GGX (Mara, Luebke and McGuire 2013, equation 6).
+    pub blinn_phong: bool,
     /// Whether layers (albedo, normal, depth, direct, indirect, caustic) are kept.
     pub layers: bool,
     /// Surfaces that an eye path may meet after its first.
@@ -43,7 +53,10 @@ impl Default for Settings {
             camera: 0,
             seed: 0,
             photons: None,
-            epanechnikov: true,
+            estimator: None,
+            weight: Weight::default(),
+            footprint: Footprint::default(),
+            blinn_phong: false,
             layers: false,
             eye_depth: 24,
             photon_bounces: 48,
