@@ -75,8 +75,8 @@ pub fn difference(found: &[Light], expected: &[[[f64; 3]; 2]], tolerance: f64) -
         let scale = e.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
         (0..6).find_map(|at| {
             let (f, e) = (f64::from(f[at / 3][at % 3]), e[at / 3][at % 3]);
-            let differs = !((f - e).abs() <= tolerance * scale);
-            differs.then(|| format!("slot {slot}, number {at}: {f:e}, not {e:e}"))
+            let close = (f - e).abs() <= tolerance * scale;
+            (!close).then(|| format!("slot {slot}, number {at}: {f:e}, not {e:e}"))
         })
     })
 }
