@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, Weight};
+use crate::render::{Estimator, Record, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,6 +171,20 @@ impl ValueEnum for Weight {
             }
             Self::Cone => PossibleValue::new("cone").help("Equal weight with a soft rim"),
             Self::Epanechnikov => PossibleValue::new("epanechnikov").help("Weight falls towards the rim: smoother"),
+        })
+    }
+}
+
+impl ValueEnum for Record {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Full, Self::Packed20, Self::Packed12]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Full => PossibleValue::new("full").help("64 bytes: ellipses, in full precision"),
+            Self::Packed20 => PossibleValue::new("20").help("Discs"),
+            Self::Packed12 => PossibleValue::new("12").help("Discs, positions relative to a cell or tile"),
         })
     }
 }

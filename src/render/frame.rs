@@ -111,7 +111,7 @@ pub(super) fn plan(
             let name = if emission.caustic { "caustic photons" } else { "global photons" };
             g.scope(name, |g| photon::trace(g, &buffers, device.variant, *emission, &mut store));
         }
-        structure = Some(g.scope("photon map", |g| estimator::build(g, chosen, device, settings, &store)));
+        structure = Some(g.scope("photon map", |g| estimator::build(g, chosen, device, settings, &mut store)));
         deposits = Some(store);
     }
     let mut rejected = g.import(&state.rejected);
