@@ -24,7 +24,7 @@ class Scene:
     def __init__(self):
         self.nodes, self.meshes, self.materials, self.cameras, self.lights = [], [], [], [], []
         self.images, self.accessors, self.views = [], [], []
-        self.textures, self.data, self.extensions = [], bytearray(), set()
+        self.textures, self.data, self.extensions, self.shapes = [], bytearray(), set(), {}
 
     # ---- materials ----
 
@@ -70,12 +70,27 @@ class Scene:
 
     def add(self, name, mesh, material, matrix=None, uv_scale=None):
         """Places a mesh; texture coordinates are written only with `uv_scale`, repeats along u and v."""
-        attributes = {"POSITION": self.vectors(mesh.positions, bounds=True), "NORMAL": self.vectors(mesh.normals)}
-        if uv_scale:
-            attributes["TEXCOORD_0"] = self.vectors([(u * uv_scale[0], v * uv_scale[1]) for u, v in mesh.uvs])
-        self.meshes.append({"name": name, "primitives": [
-            {"attributes": attributes, "indices": self.indices(mesh), "material": material}]})
-        node = {"name": name, "mesh": len(self.meshes) - 1}
+        self.place(name, self.mesh(name, [(mesh, material)], uv_scale), matrix)
+
+    def mesh(self, name, parts, uv_scale=None):
+        """Stores a mesh of (shape, material) pairs for `place`. A shape is stored once, however many meshes are made of it."""
+        primitives = [{**self.shape(shape, uv_scale), "material": material} for shape, material in parts]
+        self.meshes.append({"name": name, "primitives": primitives})
+        return len(self.meshes) - 1
+
+    def shape(self, shape, uv_scale):
+        key = (id(shape), uv_scale)
+        if key not in self.shapes:
+            attributes = {"POSITION": self.vectors(shape.positions, bounds=True), "NORMAL": self.vectors(shape.normals)}
+            if uv_scale:
+                attributes["TEXCOORD_0"] = self.vectors([(u * uv_scale[0], v * uv_scale[1]) for u, v in shape.uvs])
+            # The shape is kept beside its accessors, so that no other one can get its id.
+            self.shapes[key] = (shape, {"attributes": attributes, "indices": self.indices(shape)})
+        return self.shapes[key][1]
+
+    def place(self, name, mesh, matrix=None):
+        """Places a mesh that `mesh` stored, any number of times."""
+        node = {"name": name, "mesh": mesh}
         if matrix:
             node["matrix"] = rounded(matrix, 9)
         self.nodes.append(node)

@@ -131,30 +131,35 @@ def wall():
 
 
 def corridors():
-    """A corridor with six rooms, each with a lamp of its own: most of the light is never seen from the camera."""
+    """A corridor with twelve rooms, each with a lamp of its own: most of the light is never seen from the camera.
+
+    The camera stands in the middle, with its back to a door; half of the rooms lie behind it.
+    """
     scene = Scene()
     plaster, floor = scene.diffuse("plaster", (0.74, 0.72, 0.68)), scene.diffuse("floor", (0.42, 0.30, 0.20))
     accents = [scene.diffuse(f"paint_{i}", c) for i, c in enumerate(
         [(0.62, 0.18, 0.12), (0.15, 0.42, 0.55), (0.70, 0.52, 0.15), (0.24, 0.45, 0.20), (0.45, 0.22, 0.50), (0.70, 0.70, 0.70)])]
     lamp = scene.emitter("lamp", (60.0, 52.0, 39.0))
     length_z, high, half, deep = 12.0, 2.6, 1.0, 4.0
-    scene.add("floor", quad((-half - deep, 0, 0), (2 * (half + deep), 0, 0), (0, 0, -length_z)), floor)
-    scene.add("ceiling", quad((-half - deep, high, -length_z), (2 * (half + deep), 0, 0), (0, 0, length_z)), plaster)
+    scene.add("floor", quad((-half - deep, 0, length_z), (2 * (half + deep), 0, 0), (0, 0, -2 * length_z)), floor)
+    scene.add("ceiling", quad((-half - deep, high, -length_z), (2 * (half + deep), 0, 0), (0, 0, 2 * length_z)), plaster)
     scene.add("end", box((-half - deep, 0, -length_z - 0.1), (half + deep, high, -length_z)), plaster)
-    scene.add("start", box((-half - deep, 0, 0.0), (half + deep, high, 0.1)), plaster)
+    scene.add("back_end", box((-half - deep, 0, length_z), (half + deep, high, length_z + 0.1)), plaster)
+    middle_wall = box((-half - deep, 0, 0.0), (-0.45, high, 0.1)).merge(box((0.45, 0, 0.0), (half + deep, high, 0.1)))
+    scene.add("middle_wall", middle_wall.merge(box((-0.45, 2.05, 0.0), (0.45, high, 0.1))), plaster)
     walls = Mesh()
     for side in (-1, 1):
-        for room in range(3):
+        for room in range(-3, 3):
             near, door = -4.0 * room, -4.0 * room - 1.2
             for low, top, a, b in ((0.0, high, near, door), (2.05, high, door, door - 1.1), (0.0, high, door - 1.1, near - 4.0)):
                 inner, outer = sorted((side * half, side * (half + 0.12)))
                 walls.merge(box((inner, low, b), (outer, top, a)))
             back, front = sorted((side * (half + 0.12), side * (half + deep)))
-            if room > 0:
+            if room not in (-3, 0):
                 walls.merge(box((back, 0, near - 0.06), (front, high, near + 0.06)))
             outer, skin = sorted((side * (half + deep), side * (half + deep - 0.05)))
-            number = room if side < 0 else 3 + room
-            scene.add(f"outer_{number}", box((outer, 0, near - 4.0), (skin, high, near)), accents[number])
+            number = room + 3 if side < 0 else room + 9
+            scene.add(f"outer_{number}", box((outer, 0, near - 4.0), (skin, high, near)), accents[number % 3 if side < 0 else 3 + number % 3])
             middle = side * (half + deep / 2 + (0.9 if room % 2 else -0.6))
             scene.add(f"lamp_{number}", quad((middle - 0.3, high - 0.02, near - 2.3), (0.6, 0, 0), (0, 0, 0.6)), lamp)
     scene.add("walls", walls, plaster)
