@@ -3,24 +3,15 @@
 use std::collections::HashMap;
 
 use crate::kernels::generated::Caster;
+use crate::scene::needs::is_specular;
 use crate::scene::{Material, Scene};
 
 /// Most spheres; nearer groups are joined beyond it.
 const MOST: usize = 32;
 
-/// Roughness below which a glossy lobe is followed rather than gathered: its GGX alpha is 0.1 (glsl/lib/bsdf.glsl).
-pub const FOLLOWED_ROUGHNESS: f32 = 0.316_227_77;
-
 /// Weakest reflectance at normal incidence that makes a surface worth aiming at by itself. A varnish with the usual 4 %
 /// is followed when a caustic photon meets it, but does not attract photons.
 const FAINT: f32 = 0.045;
-
-/// Whether a surface of this material continues caustic paths.
-pub fn is_specular(m: &Material) -> bool {
-    let lowest = if m.metallic_roughness_texture.is_some() { 0.0 } else { m.roughness };
-    let reflects = m.metallic > 0.0 || m.specular > 0.0;
-    !m.unlit && (m.transmission > 0.0 || (reflects && lowest < FOLLOWED_ROUGHNESS))
-}
 
 fn is_strong(m: &Material) -> bool {
     let dielectric = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2) * m.specular;

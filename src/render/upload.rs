@@ -1,6 +1,6 @@
 //! A scene on the device: tree, attributes, lights, casters, and the variant of the kernels that it needs.
 
-use super::casters::{FOLLOWED_ROUGHNESS, casters, is_specular};
+use super::casters::casters;
 use super::lights::LightTable;
 use super::memory::Memory;
 use super::settings::Settings;
@@ -13,6 +13,7 @@ use crate::kernels::generated::{
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::frame::Bounds;
+use crate::scene::needs::{FOLLOWED_ROUGHNESS, is_specular};
 use crate::scene::{Material, Needs, Projection, Scene};
 
 /// A scene in device memory.

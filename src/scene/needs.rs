@@ -6,6 +6,17 @@ use super::{Light, Material, Scene};
 /// square, below 1e-3: a lobe narrower than a pixel.
 pub const SMOOTH_ROUGHNESS: f32 = 0.03;
 
+/// Roughness below which a glossy lobe is followed rather than gathered: its GGX alpha is 0.1 (glsl/lib/bsdf.glsl).
+pub const FOLLOWED_ROUGHNESS: f32 = 0.316_227_77;
+
+/// Whether a surface of this material continues caustic paths.
+pub fn is_specular(m: &Material) -> bool {
+    // Textures multiply factors, so a texture may reach down to 0.
+    let lowest = if m.metallic_roughness_texture.is_some() { 0.0 } else { m.roughness };
+    let reflects = m.metallic > 0.0 || m.specular > 0.0;
+    !m.unlit && (m.transmission > 0.0 || (reflects && lowest < FOLLOWED_ROUGHNESS))
+}
+
 /// The features that the triangles, lights and textures of a scene use. Unused materials do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Needs {
@@ -31,7 +42,7 @@ pub struct Needs {
     pub glossy: bool,
     /// No surface reflects other than by Lambert's law.
     pub lambert_only: bool,
-    /// Surfaces that can focus light: any specular or glossy one.
+    /// Surfaces that can focus light: transmissive ones, mirrors, sharp glossy ones.
     pub caustic_casters: bool,
     /// Point lights.
     pub point_lights: bool,
@@ -69,8 +80,7 @@ impl Needs {
             }
         }
         needs.environment = scene.environment.as_ref().is_some_and(|e| e.radiance.iter().any(|t| *t != [0.0; 3]));
-        needs.caustic_casters = needs.specular_chains || needs.glossy;
-        needs.lambert_only = !needs.caustic_casters;
+        needs.lambert_only = !needs.specular_chains && !needs.glossy;
         needs
     }
 
@@ -96,6 +106,7 @@ impl Needs {
         self.thin_sheets |= transmits && !m.volume;
         self.absorption |= transmits && m.volume && m.absorption != [0.0; 3];
         self.specular_chains |= transmits || (reflects && lowest_roughness < SMOOTH_ROUGHNESS);
+        self.caustic_casters |= is_specular(m);
         self.glossy |= (transmits || reflects) && m.roughness >= SMOOTH_ROUGHNESS;
     }
 
@@ -163,7 +174,9 @@ mod tests {
     fn each_kind_of_material() {
         let base = Needs { caustic_casters: true, ..Needs::default() };
         assert_eq!(needs(Material::mirror()), Needs { specular_chains: true, ..base });
-        assert_eq!(needs(Material::metal([1.0; 3], 0.5)), Needs { glossy: true, ..base });
+        let satin = Needs { glossy: true, ..Needs::default() };
+        assert_eq!(needs(Material::metal([1.0; 3], 0.5)), satin);
+        assert_eq!(needs(Material::metal([1.0; 3], 0.2)), Needs { caustic_casters: true, ..satin });
         let coat = Material { specular: 1.0, roughness: 0.0, ..Material::lambert([0.5; 3]) };
         assert_eq!(needs(coat), Needs { specular_chains: true, ..base });
         let glass = Needs { specular_chains: true, transmission: true, ..base };
