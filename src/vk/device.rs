@@ -4,9 +4,11 @@ use super::buffer::{Buffer, MemoryUse, Place};
 use super::cache::{CacheFile, default_cache_dir};
 use super::core::Core;
 use super::features::Feature;
+use super::image::{Image, ImageKind};
 use super::instance::{Instance, NEWEST, ValidationLog};
 use super::limits::{DeviceInfo, candidates};
 use super::pipeline::{Pipeline, PipelineDesc, PipelineStore};
+use super::raster_pipeline::RasterDesc;
 use super::record::Recorder;
 use super::select::DeviceSelect;
 use super::{lock, probe};
@@ -145,6 +147,32 @@ impl Device {
     /// If the description is impossible on every device: see [`PipelineDesc`].
     pub fn pipeline(&self, desc: &PipelineDesc<'_>) -> Result<Arc<Pipeline>> {
         self.pipelines.get(desc)
+    }
+
+    /// The pipeline for the draws of `desc`, made at the first request and shared afterwards.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] if the device has no graphics passes, or no geometry kernels or depth clamping where
+    /// `desc` asks for them, or binds too few buffers; [`Error::Vulkan`] if the driver refuses the kernels.
+    ///
+    /// # Panics
+    /// If the description is impossible on every device: see [`PipelineDesc`].
+    pub fn raster_pipeline(&self, desc: &RasterDesc<'_>) -> Result<Arc<Pipeline>> {
+        self.require(&desc.needs())?;
+        self.pipelines.get_raster(desc)
+    }
+
+    /// A new attachment of graphics passes with undefined content.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] without graphics passes or beyond [`super::Limits::image_side`],
+    /// [`Error::OutOfMemory`] if the device cannot hold it, [`Error::Vulkan`] if the driver fails.
+    ///
+    /// # Panics
+    /// If a side is 0.
+    pub fn image(&self, name: &str, extent: [u32; 2], kind: ImageKind) -> Result<Image> {
+        self.require(&[Feature::Raster])?;
+        Image::new(&self.core, name, extent, kind)
     }
 
     /// Starts recording commands; `name` shows in debuggers and errors.
