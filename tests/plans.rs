@@ -451,12 +451,34 @@ fn graphics_passes_are_passes_over_buffers() {
     }
     g.readback(&weight);
     g.readback(&other);
-    assert_snapshot!(g.plan().unwrap().dump(), @"");
+    assert_snapshot!(g.plan().unwrap().dump(), @r#"
+    phase 0
+      make [2 x 1] -> photons, args
+    phase 1
+      picture [8 x 4, colours 2, depth 0] {place_vert, 3 x 1, Triangles, Add, depth Always and write} {place_vert + spread_geom + colour_two_frag #20=7, by args, Points, Add, depth Greater, cull Front, clamp} <- photons, args -> light, weight
+      picture [3 x 2, colours 1] {place_vert + colour_frag #20=7, 3 x 7, Triangles, Add} -> other
+    phase 2
+      readback <- weight
+      readback <- other
+    culled
+      picture [3 x 2, colours 1] {place_vert + colour_frag #20=7, 3 x 7, Triangles, Add} -> unused
+    memory
+               400 at 0:0 photons
+                16 at 0:512 args
+               512 at 0:768 light
+               512 at 0:1280 weight
+                96 at 0:1792 other
+      arena 0: 2048 bytes
+      2048 bytes without aliasing
+    "#);
 }
+
+/// Draws over two buffers.
+type DrawsOf = dyn Fn(&Buf<u32>, &Buf<u32>) -> Vec<Draw<'static>>;
 
 #[test]
 fn mistakes_in_graphics_passes_are_named() {
-    let wrong = |pass: RasterPass, len: u32, draws: &dyn Fn(&Buf<u32>, &Buf<u32>) -> Vec<Draw<'static>>| {
+    let wrong = |pass: RasterPass, len: u32, draws: &DrawsOf| {
         let error = mistake(|g| {
             let (a, b) = (g.upload("a", &[1u32]), g.upload("b", &[2u32]));
             let mut out = g.buffer("out", len);
@@ -478,7 +500,7 @@ fn mistakes_in_graphics_passes_are_named() {
     let text = wrong(PICTURE, 32, &|_, _| vec![plain(), plain().fragment(Fake(&COLOUR_TWO), 5, Wires::new())]);
     assert_eq!(text, "'colour_two_frag' writes 2 colours of 1: all or none");
     let text = wrong(PICTURE, 32, &|_, _| vec![plain().fragment(Fake(&COLOUR), 6, Wires::new())]);
-    assert_eq!(text, "'colour_frag' gets other parameters than the other stages");
+    assert_eq!(text, "the stages of 'place_vert' get different parameters");
     let text = wrong(PICTURE, 32, &|a, b| {
         let place = Draw::new(Fake(&PLACE), direct(1), 5, Wires::new().read(a));
         vec![place.fragment(Fake(&COLOUR), 5, Wires::new().read(b))]

@@ -135,8 +135,8 @@ impl DrawSpec {
             ));
         }
         let params = self.params();
-        if let Some(stage) = self.stages.iter().find(|stage| !params.starts_with(&stage.params)) {
-            return Some(format!("'{}' gets other parameters than the other stages", stage.shader.name));
+        if self.stages.iter().any(|stage| !params.starts_with(&stage.params)) {
+            return Some(format!("the stages of '{name}' get different parameters"));
         }
         if let Some(fragment) = self.stage(Stage::Fragment).map(|stage| stage.shader)
             && self.writes_colour()

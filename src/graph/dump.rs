@@ -73,7 +73,7 @@ impl Plan {
 
     fn describe_raster(&self, text: &mut String, spec: &RasterSpec) {
         let [width, height] = spec.extent;
-        let _ = write!(text, " [{width} x {height}, {} colours", spec.outputs.len());
+        let _ = write!(text, " [{width} x {height}, colours {}", spec.outputs.len());
         if let Some(depth) = spec.depth {
             let _ = write!(text, ", depth {depth}");
         }

@@ -224,11 +224,21 @@ mod tests {
         recorder.begin_scope("fill");
         recorder.fill(&target, 0, 64, 0x0102_0304);
         recorder.end_scope();
+        if device.info().features.raster {
+            let image = device.image("image", [2, 1], ImageKind::Colour).unwrap();
+            let picture = crate::vk::Picture { colours: &[&image], depth: None };
+            recorder.begin_picture(&picture);
+            recorder.end_picture(&picture);
+            recorder.barrier();
+            recorder.copy_image(&image, &target, 32);
+        }
         let commands = recorder.finish().unwrap();
         commands.submit().unwrap().wait().unwrap();
         let mut bytes = [0; 64];
         target.read(0, &mut bytes);
-        assert_eq!(bytes, [4, 3, 2, 1].repeat(16)[..]);
+        assert_eq!(bytes[..32], [4, 3, 2, 1].repeat(8)[..]);
+        let second = if device.info().features.raster { [0; 4] } else { [4, 3, 2, 1] };
+        assert_eq!(bytes[32..], second.repeat(8)[..]);
         assert_eq!(commands.timings().len(), usize::from(device.info().features.timestamps));
         device.check_validation().unwrap();
     }

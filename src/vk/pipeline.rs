@@ -31,15 +31,28 @@ pub struct PipelineDesc<'a> {
     pub constants: &'a [(u32, u32)],
 }
 
+/// What makes two stages the same.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct StageKey {
+    flag: vk::ShaderStageFlags,
+    spirv: Vec<u32>,
+    constants: Vec<(u32, u32)>,
+}
+
+impl StageKey {
+    pub fn new(flag: vk::ShaderStageFlags, spirv: &[u32], constants: &[(u32, u32)]) -> Self {
+        Self { flag, spirv: spirv.to_vec(), constants: constants.to_vec() }
+    }
+}
+
 /// What makes two descriptions the same. Holds the words themselves, so that equality is exact.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct Key {
     pub name: String,
-    /// Words and constants of each stage.
-    pub stages: Vec<(vk::ShaderStageFlags, Vec<u32>, Vec<(u32, u32)>)>,
+    pub stages: Vec<StageKey>,
     pub bindings: Vec<u32>,
     pub push_bytes: u32,
-    /// Of a draw: its state, how many colours it writes and how many there are, whether there is a depth.
+    /// Of a draw: its state, whether it writes colours and how many there are, whether there is a depth.
     pub draw: Option<(DrawState, bool, u32, bool)>,
 }
 
@@ -47,7 +60,7 @@ impl Key {
     fn new(desc: &PipelineDesc<'_>) -> Self {
         Self {
             name: desc.name.to_owned(),
-            stages: vec![(vk::ShaderStageFlags::COMPUTE, desc.spirv.to_vec(), desc.constants.to_vec())],
+            stages: vec![StageKey::new(vk::ShaderStageFlags::COMPUTE, desc.spirv, desc.constants)],
             bindings: desc.bindings.to_vec(),
             push_bytes: desc.push_bytes,
             draw: None,

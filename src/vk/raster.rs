@@ -68,6 +68,10 @@ impl Recorder {
         let mut barriers: Vec<_> = picture.colours.iter().map(|image| before_drawing(image)).collect();
         barriers.extend(picture.depth.map(|(image, _)| before_drawing(image)));
         self.depend(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+        self.begin_rendering(picture, extent);
+    }
+
+    fn begin_rendering(&mut self, picture: &Picture<'_>, extent: [u32; 2]) {
         for image in picture.colours.iter().copied().chain(picture.depth.map(|(image, _)| image)) {
             self.state.images.entry(image.inner.raw.as_raw()).or_insert_with(|| Arc::clone(&image.inner));
         }
@@ -81,7 +85,7 @@ impl Recorder {
         let (core, commands) = (&self.state.core, self.state.commands);
         let viewport = vk::Viewport::default().width(extent[0] as f32).height(extent[1] as f32).max_depth(1.0);
         // SAFETY: recording, outside of rendering; the attachments are views of images of this device in the layouts
-        // stated, which the barrier above gave them, and the area is theirs (VUID-VkRenderingInfo-pNext-06079, -06080);
+        // stated, which the barrier before gave them, and the area is theirs (VUID-VkRenderingInfo-pNext-06079, -06080);
         // the device has dynamic rendering, for it has made images (`Device::image`).
         unsafe {
             match &core.rendering {
@@ -134,8 +138,15 @@ impl Recorder {
     /// # Panics
     /// If `picture` has other extents than what was begun.
     pub fn end_picture(&mut self, picture: &Picture<'_>) {
-        let extent = self.drawing.take().expect("end_picture without begin_picture");
+        let extent = self.drawing.expect("end_picture without begin_picture");
         assert!(picture.colours.iter().all(|image| image.extent() == extent), "the picture that was begun");
+        self.end_rendering();
+        let barriers: Vec<_> = picture.colours.iter().map(|image| before_copy(image)).collect();
+        self.depend(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+    }
+
+    fn end_rendering(&mut self) {
+        self.drawing = None;
         let (core, commands) = (&self.state.core, self.state.commands);
         // SAFETY: inside of rendering that this recorder began (VUID-vkCmdEndRendering-None-06161).
         unsafe {
@@ -145,8 +156,6 @@ impl Recorder {
                 Rendering::Absent => unreachable!("images without graphics passes"),
             }
         }
-        let barriers: Vec<_> = picture.colours.iter().map(|image| before_copy(image)).collect();
-        self.depend(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
 
     /// Copies the colours of an ended picture, row by row without gaps, to byte `offset` of a buffer.
@@ -219,4 +228,55 @@ fn depth_attachment(image: &Image, value: f32) -> vk::RenderingAttachmentInfo<'s
         .load_op(vk::AttachmentLoadOp::CLEAR)
         .store_op(vk::AttachmentStoreOp::DONT_CARE)
         .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: value, stencil: 0 } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::{Device, DeviceOptions, Place};
+
+    /// Clears a picture and copies it, with or without the barriers around its drawing; then once more, so that the
+    /// second picture meets what the first left. Messages of the validation layers.
+    fn messages(before: bool, after: bool) -> Vec<String> {
+        let options = DeviceOptions { validate: true, cache: None, ..DeviceOptions::default() };
+        let device = Device::open(&options).unwrap();
+        let image = device.image("image", [5, 3], ImageKind::Colour).unwrap();
+        let depth = device.image("depth", [5, 3], ImageKind::Depth).unwrap();
+        let target = device.buffer("target", 480, Place::Readback).unwrap();
+        target.write(0, &[0xab; 480]);
+        let mut recorder = device.recorder("pictures").unwrap();
+        let picture = Picture { colours: &[&image], depth: Some((&depth, 0.5)) };
+        for index in 0..2 {
+            if before {
+                recorder.begin_picture(&picture);
+            } else {
+                recorder.begin_rendering(&picture, [5, 3]);
+            }
+            if after {
+                recorder.end_picture(&picture);
+            } else {
+                recorder.end_rendering();
+            }
+            recorder.copy_image(&image, &target, 240 * index);
+        }
+        recorder.finish().unwrap().submit().unwrap().wait().unwrap();
+        let mut bytes = [1; 480];
+        target.read(0, &mut bytes);
+        assert_eq!(bytes, [0; 480], "cleared to 0");
+        device.validation_messages()
+    }
+
+    #[test]
+    fn missing_barriers_of_images_are_caught() {
+        assert_eq!(messages(true, true), Vec::<String>::new());
+        assert!(!messages(false, true).is_empty());
+        assert!(!messages(true, false).is_empty());
+    }
+
+    #[test]
+    #[should_panic(expected = "outside of a picture")]
+    fn draws_need_a_picture() {
+        let device = Device::open(&DeviceOptions { cache: None, ..DeviceOptions::default() }).unwrap();
+        device.recorder("stray").unwrap().draw(3, 1);
+    }
 }

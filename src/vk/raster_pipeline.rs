@@ -3,7 +3,7 @@
 use super::core::Core;
 use super::features::Feature;
 use super::image::ImageKind;
-use super::pipeline::{Key, Pipeline, PipelineDesc, check_words, entry};
+use super::pipeline::{Key, Pipeline, PipelineDesc, StageKey, check_words, entry};
 use super::{c_string, failed};
 use crate::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
 use crate::error::Result;
@@ -55,10 +55,9 @@ impl<'a> RasterDesc<'a> {
     }
 
     pub(super) fn key(&self) -> Key {
-        let stages = self.stages();
         Key {
             name: self.name.to_owned(),
-            stages: stages.map(|(flag, stage)| (flag, stage.spirv.to_vec(), stage.constants.to_vec())).collect(),
+            stages: self.stages().map(|(flag, stage)| StageKey::new(flag, stage.spirv, stage.constants)).collect(),
             bindings: self.bindings.to_vec(),
             push_bytes: self.push_bytes,
             draw: Some((self.state, self.writes_colour, self.colours, self.depth)),
