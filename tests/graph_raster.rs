@@ -376,7 +376,7 @@ fn sides_are_culled_and_depths_clamped() {
     if runtime.device().require(&[Feature::DepthClamp]).is_ok() {
         let clamped = DrawState { depth_clamp: true, ..strip };
         assert_same(&drawn(&runtime, None, (&splats, &colours), clamped), &all, "clamped");
-        // Clamped to 0, which is less than what the pass begins with and not greater.
+        // Clamped to 0, which is less than what the pass begins with.
         let nearer = DrawState { depth_test: DepthTest::Less, ..clamped };
         assert_same(&drawn(&runtime, Some(0.25), (&splats, &colours), nearer), &all, "clamped and tested");
     }

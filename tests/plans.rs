@@ -473,6 +473,11 @@ fn graphics_passes_are_passes_over_buffers() {
     "#);
 }
 
+/// A draw without a fragment kernel and buffers.
+fn plain() -> Draw<'static> {
+    Draw::new(Fake(&PLACE), direct(1), 5, Wires::new())
+}
+
 /// Draws over two buffers.
 type DrawsOf = dyn Fn(&Buf<u32>, &Buf<u32>) -> Vec<Draw<'static>>;
 
@@ -488,7 +493,6 @@ fn mistakes_in_graphics_passes_are_named() {
         assert!(matches!(error, PlanError::Raster { pass: "picture", .. }), "{text}");
         text.strip_prefix("graphics pass 'picture': ").expect("the pass by its name").to_owned()
     };
-    let plain = || Draw::new(Fake(&PLACE), direct(1), 5, Wires::new());
     let nothing = |_: &Buf<u32>, _: &Buf<u32>| vec![];
     assert_eq!(wrong(RasterPass { extent: [0, 4], ..PICTURE }, 32, &nothing), "a picture of 0 x 4 pixels");
     assert_eq!(wrong(PICTURE, 31, &nothing), "'out' holds 31 pixels, the picture has 8 x 4");

@@ -169,16 +169,12 @@ impl Runtime {
     }
 
     /// Has the driver compile every kernel now: software drivers do so at the first dispatch, even an empty one, and
-    /// that time would otherwise be the first run's.
+    /// that time would otherwise be the first run's. Draws are left out: an empty one saves the first run nothing.
     fn warm_up(&self, plan: &Plan, memory: &Memory) -> Result<()> {
         let mut recorder = self.device.recorder("warm-up")?;
         let mut seen: Vec<*const Pipeline> = Vec::new();
         for pass in &plan.passes {
             let (kernel, constants, params, window) = match &pass.operation {
-                Operation::Raster(spec) => {
-                    self.warm_up_raster(&mut recorder, plan, memory, spec)?;
-                    continue;
-                }
                 Operation::Dispatch { kernel, constants, params, .. } => (kernel, constants, params, None),
                 Operation::Windows { kernel, constants, bindings, windows } => {
                     (kernel, constants, &windows[0].params, Some((bindings.as_slice(), &windows[0])))

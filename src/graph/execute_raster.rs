@@ -110,24 +110,6 @@ impl Runtime {
         Ok(())
     }
 
-    /// Has the driver compile the kernels of a pass: empty draws, which touch no buffer.
-    pub(super) fn warm_up_raster(
-        &self,
-        recorder: &mut Recorder,
-        plan: &Plan,
-        memory: &Memory,
-        spec: &RasterSpec,
-    ) -> Result<()> {
-        recorder.barrier();
-        memory.images.within(recorder, spec, |recorder| {
-            for draw in &spec.draws {
-                self.bind_draw(recorder, plan, memory, (spec, draw))?;
-                recorder.draw(0, 0);
-            }
-            Ok(())
-        })
-    }
-
     fn bind_draw(
         &self,
         recorder: &mut Recorder,
