@@ -24,7 +24,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::execute_raster", &["graph::declare", "graph::draw", "graph::execute", "graph::plan", "vk", "error"]),
     ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
-    ("bench", &["render", "kernels", "graph", "scene", "vk", "error"]),
+    ("bench", &["draw_state", "render", "kernels", "graph", "scene", "vk", "error"]),
     ("study", &["render", "scene", "film", "error"]),
     ("cli", &["bench", "study", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
     ("viewer", &["render", "scene", "film", "vk", "error"]),

@@ -498,8 +498,9 @@ fn mistakes_in_graphics_passes_are_named() {
     assert_eq!(wrong(PICTURE, 31, &nothing), "'out' holds 31 pixels, the picture has 8 x 4");
     let outside = wrong(RasterPass { depth: Some(f32::NAN), ..PICTURE }, 32, &nothing);
     assert_eq!(outside, "depths are cleared to NaN, outside of [0, 1]");
-    let depth = DrawState { depth_test: DepthTest::Less, ..DrawState::default() };
-    let text = wrong(PICTURE, 32, &|_, _| vec![plain().state(depth)]);
+    let text = wrong(PICTURE, 32, &|_, _| {
+        vec![plain().state(DrawState { depth_test: DepthTest::Less, ..DrawState::default() })]
+    });
     assert_eq!(text, "'place_vert' needs depths, the pass has none");
     let text = wrong(PICTURE, 32, &|_, _| vec![plain(), plain().fragment(Fake(&COLOUR_TWO), 5, Wires::new())]);
     assert_eq!(text, "'colour_two_frag' writes 2 colours of 1: all or none");
