@@ -3,7 +3,7 @@
 use super::buffer::{Buffer, MemoryUse, Place};
 use super::cache::{CacheFile, default_cache_dir};
 use super::core::Core;
-use super::features::Feature;
+use super::features::{Feature, Features};
 use super::image::{Image, ImageKind};
 use super::instance::{Instance, NEWEST, ValidationLog};
 use super::limits::{DeviceInfo, candidates};
@@ -74,10 +74,16 @@ impl Device {
 
     /// Opens a device as if the loader knew nothing beyond Vulkan `newest`.
     fn open_version(options: &DeviceOptions, newest: u32) -> Result<Arc<Self>> {
+        Self::open_changed(options, newest, |_| ())
+    }
+
+    /// The same with what `change` makes of the device's abilities.
+    fn open_changed(options: &DeviceOptions, newest: u32, change: impl FnOnce(&mut Features)) -> Result<Arc<Self>> {
         let forced = std::env::var_os("NEPHROID_VALIDATE").is_some_and(|value| value == "1");
         let validate = options.validate || forced;
         let instance = Instance::new(validate, newest)?;
-        let candidate = options.select.choose(candidates(&instance)?)?;
+        let mut candidate = options.select.choose(candidates(&instance)?)?;
+        change(&mut candidate.info.features);
         let core = Arc::new(Core::new(instance, candidate, options.wait_limit, options.markers || validate)?);
         let file = options.cache.as_ref().map(|folder| CacheFile::new(folder, core.identity));
         let pipelines = PipelineStore::new(Arc::clone(&core), file)?;
@@ -241,6 +247,26 @@ mod tests {
         assert_eq!(bytes[32..], second.repeat(8)[..]);
         assert_eq!(commands.timings().len(), usize::from(device.info().features.timestamps));
         device.check_validation().unwrap();
+    }
+
+    /// Barriers name no stages of graphics then, and nothing is enabled for it.
+    #[test]
+    fn a_device_without_graphics_does_all_but_draw() {
+        let device = Device::open_changed(&options(), NEWEST, Features::without_graphics).unwrap();
+        let newest = Device::open(&options()).unwrap();
+        assert_eq!(device.loop_limit(), newest.loop_limit(), "a kernel runs");
+        let refused = device.image("image", [2, 2], ImageKind::Colour).err().expect("there are no pictures");
+        assert!(matches!(&refused, Error::MissingFeature { feature, .. } if feature.contains("graphics passes")));
+        assert_eq!(refused.exit_code(), 3);
+        let runtime = crate::graph::Runtime::new(device);
+        let mut g = crate::graph::Graph::new();
+        let mut target = g.buffer("target", 4);
+        let pass = crate::graph::RasterPass { name: "empty", extent: [2, 2], depth: None };
+        g.raster(pass, vec![], [&mut target]);
+        g.keep(&target);
+        let refused = runtime.prepare(&g.plan().unwrap()).err().expect("a plan that draws");
+        assert!(refused.to_string().contains("graphics passes"), "{refused}");
+        runtime.device().check_validation().unwrap();
     }
 
     #[test]
