@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod cli;
+pub mod draw_state;
 pub mod error;
 pub mod film;
 pub mod graph;

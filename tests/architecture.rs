@@ -11,16 +11,20 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("shader", &[]),
     ("scene", &["error"]),
     ("film", &["error"]),
-    ("vk", &["error"]),
-    ("graph::declare", &[]),
+    ("draw_state", &[]),
+    ("vk", &["draw_state", "error"]),
+    ("graph::draw", &["draw_state"]),
+    ("graph::declare", &["graph::draw"]),
+    ("graph::raster", &["graph::declare", "graph::draw", "draw_state"]),
     ("graph::windows", &["graph::declare"]),
-    ("graph::plan", &["graph::declare"]),
-    ("graph::dump", &["graph::declare", "graph::plan"]),
+    ("graph::plan", &["graph::declare", "graph::draw"]),
+    ("graph::dump", &["graph::declare", "graph::draw", "graph::plan", "draw_state"]),
     ("graph::trace", &[]),
-    ("graph::execute", &["graph::declare", "graph::plan", "graph::trace", "vk", "error"]),
-    ("kernels", &["graph::declare", "graph::windows"]),
+    ("graph::execute", &["graph::declare", "graph::execute_raster", "graph::plan", "graph::trace", "vk", "error"]),
+    ("graph::execute_raster", &["graph::declare", "graph::draw", "graph::execute", "graph::plan", "vk", "error"]),
+    ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
-    ("bench", &["render", "kernels", "graph", "scene", "vk", "error"]),
+    ("bench", &["draw_state", "render", "kernels", "graph", "scene", "vk", "error"]),
     ("study", &["render", "scene", "film", "error"]),
     ("cli", &["bench", "study", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
     ("viewer", &["render", "scene", "film", "vk", "error"]),
@@ -280,7 +284,7 @@ fn the_checker_of_layers_sees_each_way_to_break_them() {
 fn files_are_short_and_free_of_paths_of_one_machine() {
     let mut sources = vec![("build.rs".to_owned(), fs::read_to_string(root().join("build.rs")).expect("build.rs"))];
     for folder in ["src", "tests", "benches", "glsl"] {
-        sources.extend(files(folder, &["rs", "glsl", "comp"]));
+        sources.extend(files(folder, &["rs", "glsl", "comp", "vert", "geom", "frag"]));
     }
     for folder in [".cargo", "tools", "docs"] {
         let texts = files(folder, &["toml", "py", "sh", "md", ""]);

@@ -40,6 +40,10 @@ const REFERENCES: &[(&str, &str)] = &[
 /// Transport kernels have no copy on the host; each is proven by a test against an analytic answer: its file and name.
 const ANALYTIC: &[(&str, &str, &str)] = &[
     ("bench_multiply", "tests/bench.rs", "fn "), // a yardstick: nothing depends on its result
+    ("bench_splat_frag", "tests/graph_raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
+    ("bench_splat_geom", "tests/graph_raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
+    ("bench_splat_point_vert", "tests/graph_raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
+    ("bench_splat_vert", "tests/graph_raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
     ("direct_light", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
     ("eye_generate", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
     ("eye_shade", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
@@ -60,7 +64,8 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
 
 #[test]
 fn every_kernel_has_a_reference() {
-    let names: Vec<_> = generated::ALL.iter().map(|kernel| kernel.name).collect();
+    let shaders = generated::SHADERS.iter().map(|shader| shader.name);
+    let names: Vec<_> = generated::ALL.iter().map(|kernel| kernel.name).chain(shaders).collect();
     for name in &names {
         let known = REFERENCES.iter().map(|(known, _)| known).chain(ANALYTIC.iter().map(|(known, ..)| known));
         assert!(known.into_iter().any(|known| known == name), "kernel {name} has no reference and test");

@@ -54,7 +54,7 @@ impl Pass {
             Operation::Fill(word) => Action::Fill(*word),
             Operation::Copy(_) => Action::Copy,
             Operation::Readback(_) => Action::Readback,
-            Operation::Windows { .. } => panic!("no windows are declared here"),
+            Operation::Windows { .. } | Operation::Raster(_) => panic!("no windows or draws are declared here"),
         };
         Self { action, reads: buffers(Access::Read), writes: buffers(Access::Write) }
     }

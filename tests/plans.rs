@@ -2,9 +2,13 @@
 
 mod graph_support;
 
-use graph_support::{Fake, Wires, facts};
+use graph_support::{Fake, Wires, facts, shader};
 use insta::assert_snapshot;
-use nephroid::graph::{DispatchArgs, Graph, Grid, KernelInfo, Lanes, Persistent, Plan, PlanError, Window, Windows};
+use nephroid::draw_state::{Cull, DepthTest, DrawState, Topology};
+use nephroid::graph::{
+    Buf, DispatchArgs, Draw, DrawArgs, Graph, Grid, Instances, KernelInfo, Lanes, Persistent, Plan, PlanError,
+    RasterPass, ShaderInfo, Stage, Window, Windows,
+};
 use nephroid::kernels::{Items, compact, scan};
 
 static MAKE: KernelInfo = facts("make");
@@ -404,4 +408,139 @@ fn dot_is_well_formed() {
     g.readback(&odd);
     let plan = g.plan().unwrap();
     assert_eq!(dot_fault(&plan.dot(), &plan), None, "{}", plan.dot());
+}
+
+static PLACE: ShaderInfo = shader("place_vert", Stage::Vertex, 0);
+static SPREAD: ShaderInfo = shader("spread_geom", Stage::Geometry, 0);
+static COLOUR: ShaderInfo = shader("colour_frag", Stage::Fragment, 1);
+static COLOUR_TWO: ShaderInfo = shader("colour_two_frag", Stage::Fragment, 2);
+
+const PICTURE: RasterPass = RasterPass { name: "picture", extent: [8, 4], depth: None };
+
+fn direct(instances: u32) -> Instances<'static> {
+    Instances::Direct { vertices: 3, instances }
+}
+
+#[test]
+fn graphics_passes_are_passes_over_buffers() {
+    let mut g = Graph::new();
+    let (mut photons, mut args) = (g.buffer::<u32>("photons", 100), g.buffer::<DrawArgs>("args", 1));
+    let bind = Wires::new().write(&mut photons).write(&mut args);
+    g.dispatch(Fake(&MAKE), Grid::Threads(100), 0, bind);
+    let (mut light, mut weight, mut other, mut unused) =
+        (g.buffer("light", 32), g.buffer("weight", 32), g.buffer("other", 6), g.buffer("unused", 6));
+    let depth = DrawState { depth_write: true, ..DrawState::default() };
+    let far = DrawState {
+        topology: Topology::Points,
+        depth_test: DepthTest::Greater,
+        cull: Cull::Front,
+        depth_clamp: true,
+        ..DrawState::default()
+    };
+    let draws = vec![
+        Draw::new(Fake(&PLACE), direct(1), 5, Wires::new()).state(depth),
+        Draw::new(Fake(&PLACE), Instances::Indirect(&args), 5, Wires::new().read(&photons))
+            .fragment(Fake(&COLOUR_TWO), 5, Wires::new().read(&photons))
+            .geometry(Fake(&SPREAD), 5, Wires::new())
+            .state(far),
+    ];
+    g.raster(RasterPass { depth: Some(0.0), ..PICTURE }, draws, [&mut light, &mut weight]);
+    for out in [&mut other, &mut unused] {
+        let draw = Draw::new(Fake(&PLACE), direct(7), 5, Wires::new()).fragment(Fake(&COLOUR), 5, Wires::new());
+        g.raster(RasterPass { extent: [3, 2], ..PICTURE }, vec![draw], [out]);
+    }
+    g.readback(&weight);
+    g.readback(&other);
+    assert_snapshot!(g.plan().unwrap().dump(), @r#"
+    phase 0
+      make [2 x 1] -> photons, args
+    phase 1
+      picture [8 x 4, colours 2, depth 0] {place_vert, 3 x 1, Triangles, Add, depth Always and write} {place_vert + spread_geom + colour_two_frag #20=7, by args, Points, Add, depth Greater, cull Front, clamp} <- photons, args -> light, weight
+      picture [3 x 2, colours 1] {place_vert + colour_frag #20=7, 3 x 7, Triangles, Add} -> other
+    phase 2
+      readback <- weight
+      readback <- other
+    culled
+      picture [3 x 2, colours 1] {place_vert + colour_frag #20=7, 3 x 7, Triangles, Add} -> unused
+    memory
+               400 at 0:0 photons
+                16 at 0:512 args
+               512 at 0:768 light
+               512 at 0:1280 weight
+                96 at 0:1792 other
+      arena 0: 2048 bytes
+      2048 bytes without aliasing
+    "#);
+}
+
+/// A draw without a fragment kernel and buffers.
+fn plain() -> Draw<'static> {
+    Draw::new(Fake(&PLACE), direct(1), 5, Wires::new())
+}
+
+/// Draws over two buffers.
+type DrawsOf = dyn Fn(&Buf<u32>, &Buf<u32>) -> Vec<Draw<'static>>;
+
+#[test]
+fn mistakes_in_graphics_passes_are_named() {
+    let wrong = |pass: RasterPass, len: u32, draws: &DrawsOf| {
+        let error = mistake(|g| {
+            let (a, b) = (g.upload("a", &[1u32]), g.upload("b", &[2u32]));
+            let mut out = g.buffer("out", len);
+            g.raster(pass, draws(&a, &b), [&mut out]);
+        });
+        let text = error.to_string();
+        assert!(matches!(error, PlanError::Raster { pass: "picture", .. }), "{text}");
+        text.strip_prefix("graphics pass 'picture': ").expect("the pass by its name").to_owned()
+    };
+    let nothing = |_: &Buf<u32>, _: &Buf<u32>| vec![];
+    assert_eq!(wrong(RasterPass { extent: [0, 4], ..PICTURE }, 32, &nothing), "a picture of 0 x 4 pixels");
+    assert_eq!(wrong(PICTURE, 31, &nothing), "'out' holds 31 pixels, the picture has 8 x 4");
+    let outside = wrong(RasterPass { depth: Some(f32::NAN), ..PICTURE }, 32, &nothing);
+    assert_eq!(outside, "depths are cleared to NaN, outside of [0, 1]");
+    let text = wrong(PICTURE, 32, &|_, _| {
+        vec![plain().state(DrawState { depth_test: DepthTest::Less, ..DrawState::default() })]
+    });
+    assert_eq!(text, "'place_vert' needs depths, the pass has none");
+    let text = wrong(PICTURE, 32, &|_, _| vec![plain(), plain().fragment(Fake(&COLOUR_TWO), 5, Wires::new())]);
+    assert_eq!(text, "'colour_two_frag' writes 2 colours of 1: all or none");
+    let text = wrong(PICTURE, 32, &|_, _| vec![plain().fragment(Fake(&COLOUR), 6, Wires::new())]);
+    assert_eq!(text, "the stages of 'place_vert' get different parameters");
+    let text = wrong(PICTURE, 32, &|a, b| {
+        let place = Draw::new(Fake(&PLACE), direct(1), 5, Wires::new().read(a));
+        vec![place.fragment(Fake(&COLOUR), 5, Wires::new().read(b))]
+    });
+    assert_eq!(text, "binding 0 of 'place_vert' is one buffer in one stage and another in another");
+}
+
+#[test]
+fn what_draws_read_is_checked_as_elsewhere() {
+    let unwritten = mistake(|g| {
+        let (a, mut out) = (g.buffer::<u32>("a", 8), g.buffer("out", 32));
+        let draw = Draw::new(Fake(&PLACE), direct(1), 5, Wires::new().read(&a));
+        g.raster(PICTURE, vec![draw], [&mut out]);
+    });
+    assert_eq!(unwritten, PlanError::ReadBeforeWrite { pass: "picture", buffer: "a" });
+    let arguments = mistake(|g| {
+        let (args, mut out) = (g.buffer::<DrawArgs>("args", 1), g.buffer("out", 32));
+        let draw = Draw::new(Fake(&PLACE), Instances::Indirect(&args), 5, Wires::new());
+        g.raster(PICTURE, vec![draw], [&mut out]);
+    });
+    assert_eq!(arguments, PlanError::UnknownArguments { pass: "picture", buffer: "args" });
+    let both = mistake(|g| {
+        let mut out = g.buffer::<[f32; 4]>("out", 32);
+        g.fill(&mut out, 0);
+        let reads = Wires::new().read(&out);
+        let draw = Draw::new(Fake(&PLACE), direct(1), 5, reads);
+        g.raster(PICTURE, vec![draw], [&mut out]);
+    });
+    assert_eq!(both, PlanError::Aliased { pass: "picture", buffer: "out" });
+}
+
+#[test]
+#[should_panic(expected = "'place_vert' writes a buffer")]
+fn draws_write_no_buffers() {
+    let mut g = Graph::new();
+    let mut a = g.buffer::<u32>("a", 8);
+    let _ = Draw::new(Fake(&PLACE), direct(1), 5, Wires::new().write(&mut a));
 }

@@ -6,7 +6,7 @@ mod shader;
 use std::fs;
 use std::path::PathBuf;
 
-use shader::{Compiler, Constant, Kernel, Type, emit, kernel_files, reflect};
+use shader::{Compiler, Constant, Kernel, Stage, Type, emit, kernel_files, reflect};
 
 /// A folder of GLSL like the one of the crate.
 struct Sources(tempfile::TempDir);
@@ -74,10 +74,10 @@ fn a_missing_include_is_named() {
 #[test]
 fn kernels_are_found_in_all_folders_in_a_stable_order() {
     let files =
-        [("kernels/b/two.comp", ""), ("kernels/a/one.comp", ""), ("kernels/a/readme.md", ""), ("lib/x.comp", "")];
+        [("kernels/b/two.frag", ""), ("kernels/a/one.comp", ""), ("kernels/a/readme.md", ""), ("lib/x.comp", "")];
     let sources = Sources::new(&files);
     let found = kernel_files(sources.0.path()).unwrap();
-    assert_eq!(found, [sources.path("kernels/a/one.comp"), sources.path("kernels/b/two.comp")]);
+    assert_eq!(found, [sources.path("kernels/a/one.comp"), sources.path("kernels/b/two.frag")]);
 }
 
 #[test]
@@ -262,4 +262,92 @@ fn group_counts_use_the_type_of_the_graph_and_are_checked_against_it() {
     assert!(!emitted.contains("pub struct DispatchArgs {"), "{emitted}");
     assert!(emitted.contains("&'a mut crate::graph::Buf<crate::graph::DispatchArgs>"), "{emitted}");
     assert!(emitted.contains("assert!(std::mem::offset_of!(crate::graph::DispatchArgs, z) == 8);"), "{emitted}");
+}
+
+const DRAW_HEAD: &str = "#version 460\n#extension GL_EXT_scalar_block_layout : require\n";
+
+/// What comes of one graphics kernel in the file `name`.
+fn drawing(name: &str, text: &str) -> Result<Kernel, String> {
+    Sources::new(&[(name, &format!("{DRAW_HEAD}{text}"))]).reflect(name)
+}
+
+const TRIO: [(&str, &str); 3] = [
+    (
+        "spot.vert",
+        "layout(push_constant, scalar) uniform Params { vec2 extent; } params;
+         layout(set = 0, binding = 0, scalar) readonly buffer Spots { vec4 spots[]; };
+         layout(location = 0) out vec2 place;
+         layout(location = 1) flat out uint spot;
+         void main() {
+             place = spots[gl_InstanceIndex].xy / params.extent;
+             spot = uint(gl_VertexIndex);
+             gl_Position = vec4(place, 0.0, 1.0);
+         }",
+    ),
+    (
+        "spot.geom",
+        "layout(points) in;
+         layout(points, max_vertices = 1) out;
+         layout(location = 0) in vec2 place[];
+         layout(location = 1) flat in uint spot[];
+         layout(location = 0) out vec2 around;
+         void main() { around = place[0] + float(spot[0]); gl_Position = gl_in[0].gl_Position; EmitVertex(); }",
+    ),
+    (
+        "spot.frag",
+        "layout(constant_id = 20) const float SCALE = 1.5;
+         layout(set = 0, binding = 4, scalar) readonly buffer Tints { float tints[]; };
+         layout(location = 0) in vec2 around;
+         layout(location = 0) out vec4 light;
+         layout(location = 1) out vec4 weight;
+         void main() { light = vec4(around, tints[0], SCALE); weight = gl_FragCoord; gl_FragDepth = around.x; }",
+    ),
+];
+
+#[test]
+fn stages_of_a_draw_are_reflected_without_what_passes_between_them() {
+    let kernels: Vec<_> = TRIO.iter().map(|(name, text)| drawing(name, text).expect("a sound kernel")).collect();
+    let facts = |k: &Kernel| {
+        let bindings: Vec<u32> = k.bindings.iter().map(|b| b.index).collect();
+        (k.name.clone(), k.stage, k.colours, bindings, k.params.is_some(), k.constants.len())
+    };
+    let wanted = [
+        ("spot_vert".to_owned(), Stage::Vertex, 0, vec![0], true, 0),
+        ("spot_geom".to_owned(), Stage::Geometry, 0, vec![], false, 0),
+        ("spot_frag".to_owned(), Stage::Fragment, 2, vec![4], false, 1),
+    ];
+    assert_eq!(kernels.iter().map(facts).collect::<Vec<_>>(), wanted);
+    let text = emit(&kernels).expect("Rust");
+    for wanted in [
+        "impl crate::graph::VertexShader for SpotVert {}",
+        "impl crate::graph::GeometryShader for SpotGeom {}",
+        "impl crate::graph::Shader for SpotFrag {",
+        "stage: crate::graph::Stage::Fragment, colours: 2,",
+        "pub spots: &'a crate::graph::Buf<[f32; 4]>,",
+        "pub static ALL: &[&crate::graph::KernelInfo] = &[\n];",
+        "pub static SHADERS: &[&crate::graph::ShaderInfo] = &[\n    &SPOT_VERT_INFO,\n    &SPOT_GEOM_INFO,\n    &SPOT_FRAG_INFO,\n];",
+    ] {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+}
+
+#[test]
+fn draws_read_buffers_and_nothing_else() {
+    let written = drawing(
+        "it.frag",
+        "layout(set = 0, binding = 0, scalar) buffer Counts { uint counts[]; };
+         void main() { counts[0] = 1u; }",
+    );
+    assert!(written.expect_err("it writes a buffer").contains("counts: a draw writes no buffers"));
+    let attribute = drawing("it.vert", "layout(location = 0) in vec4 place;\nvoid main() { gl_Position = place; }");
+    assert!(attribute.expect_err("it has an attribute").contains("vertices have no attributes here"));
+    let counts = drawing(
+        "it.vert",
+        "struct DrawArgs { uint vertices; uint instances; uint first_vertex; uint first_instance; };
+         layout(set = 0, binding = 0, scalar) readonly buffer Args { DrawArgs args[]; };
+         void main() { gl_Position = vec4(args[0].instances); }",
+    );
+    let text = emit(&[counts.expect("a sound kernel")]).expect("Rust");
+    assert!(text.contains("crate::graph::Buf<crate::graph::DrawArgs>") && !text.contains("pub struct DrawArgs {"));
+    assert!(text.contains("offset_of!(crate::graph::DrawArgs, first_instance) == 12"), "{text}");
 }

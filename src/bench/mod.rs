@@ -9,6 +9,7 @@ mod host_sort;
 mod primitives;
 mod rays;
 mod scene;
+mod splats;
 
 pub use blobs::blobs;
 pub use primitives::primitives;
@@ -23,7 +24,7 @@ use crate::vk::DeviceKind;
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Items of scan and sort.
+    /// Items of scan and sort, and fragments of splats.
     pub items: u32,
     /// Runs of each measurement that count, at least 1.
     pub repeats: u32,

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::host_sort::sort_pairs;
-use super::{Effort, Floor, MEASURED, Rate, Yardstick, median, time};
+use super::{Effort, Floor, MEASURED, Rate, Yardstick, median, splats, time};
 use crate::error::Result;
 use crate::graph::{Grid, Persistent, Runtime};
 use crate::kernels::generated::{BenchMultiply, BenchMultiplyBindings, BenchMultiplyParams};
@@ -17,7 +17,7 @@ const SCAN_BYTES: f64 = 12.0;
 /// Bytes per pair of a sort by 32 bits: four passes, the keys read to be counted, the pairs read and written.
 const SORT_BYTES: f64 = 80.0;
 
-/// Measures a copy, multiplications, scan and sort, and the sort of one thread of the CPU. `begin` hears what comes next.
+/// Measures a copy, multiplications, scan, sort, the sort of one thread of the CPU, and where the device draws, blending. `begin` hears what comes next.
 ///
 /// # Errors
 /// Those of the device.
@@ -38,9 +38,13 @@ pub fn primitives(runtime: &Runtime, effort: Effort, begin: &mut dyn FnMut(&str)
     begin("sort on the CPU");
     let host = rate("sort, one CPU thread", "pairs", host_sort(&keys, effort.repeats), Floor::Bytes(SORT_BYTES));
     sort.note = format!("{:.2} x the time of one CPU thread", sort.seconds / host.seconds);
+    let mut rates = vec![copy, multiply, scan, sort, host];
+    begin("additive blending");
+    rates.extend(splats::splats(runtime, effort)?);
+    let (copy, multiply) = (&rates[0], &rates[1]);
     let yardstick =
         Yardstick { bytes_per_second: 8.0 * copy.per_second(), instructions_per_second: multiply.per_second() };
-    Ok((yardstick, vec![copy, multiply, scan, sort, host]))
+    Ok((yardstick, rates))
 }
 
 /// Words without a pattern (the finaliser of MurmurHash3).

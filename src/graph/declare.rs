@@ -8,6 +8,8 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
+use super::draw::{RasterSpec, Spirv};
+
 /// Workgroups along one axis that every device allows (the least value of `maxComputeWorkGroupCount`).
 pub(super) const MOST_GROUPS: u32 = 65_535;
 
@@ -16,7 +18,7 @@ pub(super) const MOST_GROUPS: u32 = 65_535;
 #[derive(Debug)]
 pub struct Buf<T> {
     pub(super) id: u32,
-    len: u32,
+    pub(super) len: u32,
     element: PhantomData<fn() -> T>,
 }
 
@@ -117,9 +119,6 @@ pub enum Grid<'a> {
     /// Group counts that an earlier pass has written.
     Indirect(&'a Buf<DispatchArgs>),
 }
-
-/// SPIR-V words, aligned.
-pub struct Spirv(pub &'static [u8]);
 
 /// Facts of a compiled kernel.
 pub struct KernelInfo {
@@ -263,6 +262,8 @@ pub enum Operation {
         /// The windows, which cover all items once.
         windows: Vec<WindowSpec>,
     },
+    /// Draws pictures and copies them to buffers.
+    Raster(RasterSpec),
     /// Fills a buffer with a word.
     Fill(u32),
     /// Copies the first bytes of the first use into the second.

@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use super::declare::{Access, BufferKind, GridSpec, Operation, PassInfo};
+use super::draw::{DrawCount, RasterSpec};
 use super::plan::Plan;
+use crate::draw_state::Cull;
 
 impl Plan {
     /// The plan as text: phases, passes with their buffers, culled passes, memory.
@@ -51,6 +53,7 @@ impl Plan {
                 let _ = write!(text, " [windows of {}]", sizes.join(" + "));
                 describe_constants(&mut text, constants);
             }
+            Operation::Raster(spec) => self.describe_raster(&mut text, spec),
             Operation::Fill(word) => {
                 let _ = write!(text, " {word:#x}");
             }
@@ -66,6 +69,36 @@ impl Plan {
             }
         }
         text
+    }
+
+    fn describe_raster(&self, text: &mut String, spec: &RasterSpec) {
+        let [width, height] = spec.extent;
+        let _ = write!(text, " [{width} x {height}, colours {}", spec.outputs.len());
+        if let Some(depth) = spec.depth {
+            let _ = write!(text, ", depth {depth}");
+        }
+        text.push(']');
+        for draw in &spec.draws {
+            text.push_str(" {");
+            for (index, stage) in draw.stages.iter().enumerate() {
+                let _ = write!(text, "{}{}", if index > 0 { " + " } else { "" }, stage.shader.name);
+                describe_constants(text, &stage.constants);
+            }
+            let _ = match draw.count {
+                DrawCount::Direct { vertices, instances } => write!(text, ", {vertices} x {instances}"),
+                DrawCount::Indirect(buffer) => write!(text, ", by {}", self.name(buffer)),
+            };
+            let state = &draw.state;
+            let _ = write!(text, ", {:?}, {:?}", state.topology, state.blend);
+            if state.needs_depth() {
+                let write = if state.depth_write { " and write" } else { "" };
+                let _ = write!(text, ", depth {:?}{write}", state.depth_test);
+            }
+            if state.cull != Cull::Nothing {
+                let _ = write!(text, ", cull {:?}", state.cull);
+            }
+            text.push_str(if state.depth_clamp { ", clamp}" } else { "}" });
+        }
     }
 
     fn name(&self, buffer: u32) -> &'static str {

@@ -9,6 +9,7 @@ use bytemuck::Pod;
 use super::declare::{
     BufferKind, GridSpec, Input, KernelInfo, Operation, PassInfo, Persistent, Readback, Use, WindowSpec,
 };
+use super::execute_raster::{self, Images};
 use super::plan::Plan;
 use super::trace::Timing;
 use crate::error::{Error, Result};
@@ -17,7 +18,7 @@ use crate::vk::{Buffer, BufferSlice, Commands, Device, Pipeline, PipelineDesc, P
 /// Makes persistent memory and executables on one device.
 #[derive(Clone)]
 pub struct Runtime {
-    device: Arc<Device>,
+    pub(super) device: Arc<Device>,
 }
 
 /// A plan recorded for one device; runs any number of times.
@@ -28,12 +29,13 @@ pub struct Executable {
 }
 
 /// Everything a recorded plan refers to.
-struct Memory {
+pub(super) struct Memory {
     arenas: Vec<Buffer>,
     /// Device buffer and staging buffer of each input, by buffer index.
     inputs: Vec<Option<(Buffer, Buffer)>>,
     persistents: Vec<Option<Arc<dyn Any + Send + Sync>>>,
     readbacks: Vec<Buffer>,
+    pub(super) images: Images,
 }
 
 impl Runtime {
@@ -108,6 +110,7 @@ impl Runtime {
     /// memory runs out; errors of the device.
     pub fn prepare(&self, plan: &Plan) -> Result<Executable> {
         check_ranges(plan, self.device.info().limits.storage_range)?;
+        execute_raster::check(&self.device, plan)?;
         let memory = Memory::new(&self.device, plan)?;
         self.warm_up(plan, &memory)?;
         let mut recorder = self.device.recorder("plan")?;
@@ -151,6 +154,7 @@ impl Runtime {
                     dispatch(recorder, window.groups);
                 }
             }
+            Operation::Raster(spec) => self.record_raster(recorder, plan, memory, spec)?,
             Operation::Fill(word) => fill(recorder, slice(&pass.uses[0]), *word),
             Operation::Copy(bytes) => {
                 let (from, to) = (slice(&pass.uses[0]), slice(&pass.uses[1]));
@@ -165,7 +169,7 @@ impl Runtime {
     }
 
     /// Has the driver compile every kernel now: software drivers do so at the first dispatch, even an empty one, and
-    /// that time would otherwise be the first run's.
+    /// that time would otherwise be the first run's. Draws are left out: an empty one saves the first run nothing.
     fn warm_up(&self, plan: &Plan, memory: &Memory) -> Result<()> {
         let mut recorder = self.device.recorder("warm-up")?;
         let mut seen: Vec<*const Pipeline> = Vec::new();
@@ -210,20 +214,26 @@ fn check_ranges(plan: &Plan, longest: u64) -> Result<()> {
             _ => continue,
         };
         for usage in pass.uses.iter().filter(|u| u.binding != Use::NO_BINDING && !windowed.contains(&u.binding)) {
-            let info = &plan.buffers[usage.buffer as usize];
-            if info.bytes > longest {
-                return Err(Error::OutOfMemory {
-                    object: format!("{} in {}", info.name, kernel.name),
-                    bytes: info.bytes,
-                    advice: format!(
-                        "a kernel sees at most {longest} bytes of a buffer on this device; lower --photons or --size, \
-                         simplify the scene, or choose another --device"
-                    ),
-                });
-            }
+            check_range(plan, usage.buffer, kernel.name, longest)?;
         }
     }
     Ok(())
+}
+
+/// Refuses to show `kernel` more than `longest` bytes of a buffer.
+pub(super) fn check_range(plan: &Plan, buffer: u32, kernel: &str, longest: u64) -> Result<()> {
+    let info = &plan.buffers[buffer as usize];
+    if info.bytes <= longest {
+        return Ok(());
+    }
+    Err(Error::OutOfMemory {
+        object: format!("{} in {kernel}", info.name),
+        bytes: info.bytes,
+        advice: format!(
+            "a kernel sees at most {longest} bytes of a buffer on this device; lower --photons or --size, simplify the \
+             scene, or choose another --device"
+        ),
+    })
 }
 
 fn dispatch(recorder: &mut Recorder, [x, y]: [u32; 2]) {
@@ -257,7 +267,8 @@ fn device_buffer(store: &Arc<dyn Any + Send + Sync>) -> &Buffer {
 impl Memory {
     fn new(device: &Arc<Device>, plan: &Plan) -> Result<Self> {
         let arenas = (0..plan.arenas.len()).map(|arena| make_arena(device, plan, arena)).collect::<Result<_>>()?;
-        let mut memory = Self { arenas, inputs: vec![], persistents: vec![], readbacks: vec![] };
+        let mut memory =
+            Self { arenas, inputs: vec![], persistents: vec![], readbacks: vec![], images: Images::new(device, plan)? };
         for (info, lifetime) in plan.buffers.iter().zip(&plan.lifetime) {
             let (mut input, mut persistent) = (None, None);
             match &info.kind {
@@ -318,7 +329,7 @@ impl Memory {
         bound.collect()
     }
 
-    fn slice(&self, plan: &Plan, buffer: u32) -> BufferSlice<'_> {
+    pub(super) fn slice(&self, plan: &Plan, buffer: u32) -> BufferSlice<'_> {
         let index = buffer as usize;
         let bytes = plan.buffers[index].bytes;
         if let Some(place) = plan.placement[index] {
@@ -378,9 +389,9 @@ impl Executable {
         self.commands.timings().into_iter().map(convert).collect()
     }
 
-    /// Device bytes held by this executable: arenas, inputs.
+    /// Device bytes held by this executable: arenas, inputs, pictures.
     pub fn device_bytes(&self) -> u64 {
         let inputs = self.memory.inputs.iter().flatten().map(|(target, _)| target.bytes());
-        self.memory.arenas.iter().map(Buffer::bytes).sum::<u64>() + inputs.sum::<u64>()
+        self.memory.arenas.iter().map(Buffer::bytes).sum::<u64>() + inputs.sum::<u64>() + self.memory.images.bytes()
     }
 }

@@ -7,17 +7,22 @@
 //! to the command buffer iterates an unordered map: the same declarations give the same plan and the same bits.
 
 mod declare;
+mod draw;
 mod dump;
 mod execute;
+mod execute_raster;
 mod plan;
+mod raster;
 mod trace;
 mod windows;
 
 pub use declare::{
     Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
-    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Spirv, Use, WindowSpec,
+    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
 };
+pub use draw::{DrawArgs, DrawCount, DrawSpec, RasterSpec, ShaderInfo, Spirv, Stage, StageSpec};
 pub use execute::{Executable, Runtime};
 pub use plan::{Placement, Plan, PlanError};
+pub use raster::{Draw, FragmentShader, GeometryShader, Instances, RasterPass, Shader, VertexShader};
 pub use trace::{Timing, chrome_trace};
 pub use windows::{Window, Windows};

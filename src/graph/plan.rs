@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, MOST_GROUPS, Operation, PassInfo, Use};
+use super::draw::{DrawCount, RasterSpec};
 
 /// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
 const ALIGNMENT: u64 = 256;
@@ -27,7 +28,7 @@ pub enum PlanError {
         /// The buffer.
         buffer: &'static str,
     },
-    /// An indirect dispatch takes its group counts from a buffer that holds none when it runs.
+    /// An indirect dispatch or draw takes its counts from a buffer that holds none when it runs.
     UnknownArguments {
         /// The dispatch.
         pass: &'static str,
@@ -41,6 +42,13 @@ pub enum PlanError {
         pass: &'static str,
         /// Its workgroups.
         groups: [u32; 2],
+    },
+    /// A graphics pass is impossible on every device.
+    Raster {
+        /// The pass.
+        pass: &'static str,
+        /// What is wrong with it.
+        what: String,
     },
     /// A pass uses one buffer twice, at least once for writing.
     Aliased {
@@ -57,11 +65,12 @@ impl fmt::Display for PlanError {
             Self::ReadBeforeWrite { pass, buffer } => write!(f, "pass '{pass}' reads '{buffer}' before it is written"),
             Self::WriteToReadOnly { pass, buffer } => write!(f, "pass '{pass}' writes '{buffer}', imported read-only"),
             Self::UnknownArguments { pass, buffer } => {
-                write!(f, "pass '{pass}' takes its group counts from '{buffer}', which no earlier pass has written")
+                write!(f, "pass '{pass}' takes its counts from '{buffer}', which no earlier pass has written")
             }
             Self::Grid { pass, groups: [x, y] } => {
                 write!(f, "pass '{pass}' on {x} x {y} workgroups: too many along one axis, or beyond 2^32 invocations")
             }
+            Self::Raster { pass, what } => write!(f, "graphics pass '{pass}': {what}"),
             Self::Aliased { pass, buffer } => write!(f, "pass '{pass}' uses '{buffer}' twice, once for writing"),
         }
     }
@@ -155,6 +164,9 @@ impl Graph {
 
     /// Windows need no check: they are made of whole grids of at most 2^31 items.
     fn check_grid(&self, pass: &PassInfo, written: &[bool]) -> Result<(), PlanError> {
+        if let Operation::Raster(spec) = &pass.operation {
+            return self.check_raster(pass, spec, written);
+        }
         let Operation::Dispatch { grid, kernel, .. } = &pass.operation else { return Ok(()) };
         match *grid {
             GridSpec::Groups(groups) => {
@@ -163,11 +175,34 @@ impl Graph {
                     return Err(PlanError::Grid { pass: pass.name, groups });
                 }
             }
-            GridSpec::Indirect(buffer) => {
-                let info = &self.buffers[buffer as usize];
-                if info.len == 0 || !written[buffer as usize] {
-                    return Err(PlanError::UnknownArguments { pass: pass.name, buffer: info.name });
-                }
+            GridSpec::Indirect(buffer) => self.check_arguments(pass, buffer, written)?,
+        }
+        Ok(())
+    }
+
+    fn check_arguments(&self, pass: &PassInfo, buffer: u32, written: &[bool]) -> Result<(), PlanError> {
+        let info = &self.buffers[buffer as usize];
+        if info.len == 0 || !written[buffer as usize] {
+            return Err(PlanError::UnknownArguments { pass: pass.name, buffer: info.name });
+        }
+        Ok(())
+    }
+
+    fn check_raster(&self, pass: &PassInfo, spec: &RasterSpec, written: &[bool]) -> Result<(), PlanError> {
+        let wrong = |what: String| Err(PlanError::Raster { pass: pass.name, what });
+        if let Some(what) = spec.fault() {
+            return wrong(what);
+        }
+        let [width, height] = spec.extent;
+        for info in spec.outputs.iter().map(|&buffer| &self.buffers[buffer as usize]) {
+            if u64::from(info.len) < u64::from(width) * u64::from(height) {
+                let (name, len) = (info.name, info.len);
+                return wrong(format!("'{name}' holds {len} pixels, the picture has {width} x {height}"));
+            }
+        }
+        for draw in &spec.draws {
+            if let DrawCount::Indirect(buffer) = draw.count {
+                self.check_arguments(pass, buffer, written)?;
             }
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! GLSL to optimised SPIR-V 1.5 (Vulkan 1.2).
 
+use super::Stage;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,7 @@ pub fn kernel_files(root: &Path) -> Result<Vec<PathBuf>, String> {
             let path = entry.map_err(|e| format!("{}: {e}", folder.display()))?.path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "comp") {
+            } else if Stage::of(&path).is_some() {
                 files.push(path);
             }
         }
@@ -39,9 +40,16 @@ impl Compiler {
     pub fn compile(&self, file: &Path) -> Result<Vec<u32>, String> {
         let source = fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
         let name = file.strip_prefix(&self.root).unwrap_or(file).to_string_lossy().into_owned();
+        let kind = match Stage::of(file) {
+            Some(Stage::Compute) => shaderc::ShaderKind::Compute,
+            Some(Stage::Vertex) => shaderc::ShaderKind::Vertex,
+            Some(Stage::Geometry) => shaderc::ShaderKind::Geometry,
+            Some(Stage::Fragment) => shaderc::ShaderKind::Fragment,
+            None => return Err(format!("{}: a kernel ends on .comp, .vert, .geom or .frag", file.display())),
+        };
         let artifact = self
             .compiler
-            .compile_into_spirv(&source, shaderc::ShaderKind::Compute, &name, "main", Some(&self.options()?))
+            .compile_into_spirv(&source, kind, &name, "main", Some(&self.options()?))
             .map_err(|e| self.explain(&e.to_string()))?;
         if artifact.get_num_warnings() > 0 {
             return Err(self.explain(&artifact.get_warning_messages()));

@@ -1,11 +1,11 @@
 //! Descriptions to Rust: structs with offset assertions, and for every kernel its parameters, bindings and constants.
 
-use super::{Kernel, Struct, Type};
+use super::{Kernel, Stage, Struct, Type};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// The one struct that the graph itself has to know: group counts of an indirect dispatch, laid out by Vulkan.
-const INDIRECT: &str = "DispatchArgs";
+/// Structs that the graph itself has to know: counts of an indirect dispatch and of an indirect draw, laid out by Vulkan.
+const INDIRECT: [&str; 2] = ["DispatchArgs", "DrawArgs"];
 
 /// The text of the generated file. Two kernels that use a struct of one name must agree on its layout.
 pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
@@ -24,8 +24,8 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
     }
     let mut text = String::new();
     for (definition, _) in structs.values() {
-        if definition.name == INDIRECT {
-            write_offsets(&mut text, &format!("crate::graph::{INDIRECT}"), definition);
+        if INDIRECT.contains(&definition.name.as_str()) {
+            write_offsets(&mut text, &format!("crate::graph::{}", definition.name), definition);
         } else {
             write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
         }
@@ -33,11 +33,16 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
     for kernel in kernels {
         write_kernel(&mut text, kernel);
     }
-    let names: Vec<_> = kernels.iter().map(|k| format!("    &{},\n", info_name(k))).collect();
+    let names = |draws: bool| -> String {
+        let wanted = kernels.iter().filter(|k| (k.stage != Stage::Compute) == draws);
+        wanted.map(|k| format!("    &{},\n", info_name(k))).collect()
+    };
     let _ = write!(
         text,
-        "/// Every kernel of this build.\npub static ALL: &[&crate::graph::KernelInfo] = &[\n{}];\n",
-        names.concat()
+        "/// Every compute kernel of this build.\npub static ALL: &[&crate::graph::KernelInfo] = &[\n{}];\n\
+         /// Every graphics kernel of this build.\npub static SHADERS: &[&crate::graph::ShaderInfo] = &[\n{}];\n",
+        names(false),
+        names(true)
     );
     Ok(text)
 }
@@ -64,7 +69,9 @@ fn rust_type(ty: &Type) -> String {
     match ty {
         Type::Scalar(name) => (*name).to_owned(),
         Type::Array(element, count) => format!("[{}; {count}]", rust_type(element)),
-        Type::Struct(definition) if definition.name == INDIRECT => format!("crate::graph::{INDIRECT}"),
+        Type::Struct(definition) if INDIRECT.contains(&definition.name.as_str()) => {
+            format!("crate::graph::{}", definition.name)
+        }
         Type::Struct(definition) => definition.name.clone(),
     }
 }
@@ -130,10 +137,15 @@ fn write_kernel(text: &mut String, kernel: &Kernel) {
     write_constants(text, kernel, &name);
     write_bindings(text, kernel, &name);
     let params = if kernel.params.is_some() { format!("{name}Params") } else { "()".into() };
+    let (kind, info, marker) = match kernel.stage {
+        Stage::Compute => ("Kernel", "KernelInfo", String::new()),
+        stage => ("Shader", "ShaderInfo", format!("impl crate::graph::{stage:?}Shader for {name} {{}}\n")),
+    };
     let _ = write!(
         text,
-        "impl crate::graph::Kernel for {name} {{\n    type Params = {params};\n    type Bindings<'a> = {name}Bindings<'a>;\n\
-         \x20   fn info(&self) -> &'static crate::graph::KernelInfo {{ &{} }}\n\
+        "{marker}impl crate::graph::{kind} for {name} {{\n    type Params = {params};\n\
+         \x20   type Bindings<'a> = {name}Bindings<'a>;\n\
+         \x20   fn info(&self) -> &'static crate::graph::{info} {{ &{} }}\n\
          \x20   fn constants(&self) -> Vec<(u32, u32)> {{ vec![{}] }}\n}}\n\n",
         info_name(kernel),
         kernel
@@ -155,11 +167,15 @@ fn bits_of(ty: &str, name: &str) -> String {
 
 fn write_info(text: &mut String, kernel: &Kernel) {
     let [x, y, z] = kernel.local_size;
+    let (info, own) = match kernel.stage {
+        Stage::Compute => ("KernelInfo", format!("local_size: [{x}, {y}, {z}]")),
+        stage => ("ShaderInfo", format!("stage: crate::graph::Stage::{stage:?}, colours: {}", kernel.colours)),
+    };
     let _ = write!(
         text,
-        "/// Facts of `{0}`.\npub static {1}: crate::graph::KernelInfo = crate::graph::KernelInfo {{\n    name: \"{0}\",\n\
+        "/// Facts of `{0}`.\npub static {1}: crate::graph::{info} = crate::graph::{info} {{\n    name: \"{0}\",\n\
          \x20   spirv: crate::graph::Spirv(include_bytes_aligned!(concat!(env!(\"OUT_DIR\"), \"/spirv/{0}.spv\"))),\n\
-         \x20   local_size: [{x}, {y}, {z}],\n    push_bytes: {2},\n    bindings: &[{3}],\n}};\n",
+         \x20   {own},\n    push_bytes: {2},\n    bindings: &[{3}],\n}};\n",
         kernel.name,
         info_name(kernel),
         if kernel.params.is_some() { format!("size_of::<{}Params>() as u32", camel(&kernel.name)) } else { "0".into() },

@@ -10,6 +10,42 @@ pub use compile::{Compiler, kernel_files};
 pub use emit::emit;
 pub use reflect::reflect;
 
+/// Where a kernel runs; the file's extension says it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// `.comp`
+    Compute,
+    /// `.vert`
+    Vertex,
+    /// `.geom`
+    Geometry,
+    /// `.frag`
+    Fragment,
+}
+
+impl Stage {
+    /// The stage of a file; none if it is no kernel.
+    pub fn of(file: &std::path::Path) -> Option<Self> {
+        match file.extension()?.to_str()? {
+            "comp" => Some(Self::Compute),
+            "vert" => Some(Self::Vertex),
+            "geom" => Some(Self::Geometry),
+            "frag" => Some(Self::Fragment),
+            _ => None,
+        }
+    }
+
+    /// What a kernel's name ends on, so that the stages of a draw may share the stem of their files.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Compute => "",
+            Self::Vertex => "_vert",
+            Self::Geometry => "_geom",
+            Self::Fragment => "_frag",
+        }
+    }
+}
+
 /// A type that both GLSL's scalar block layout and `repr(C)` lay out alike.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Type {
@@ -80,8 +116,13 @@ pub struct Constant {
 /// All that Rust has to know of a kernel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernel {
+    /// Stem of the file, and [`Stage::suffix`].
     pub name: String,
+    pub stage: Stage,
+    /// Workgroup size of a compute kernel, else 0.
     pub local_size: [u32; 3],
+    /// Colours that a fragment kernel writes, else 0.
+    pub colours: u32,
     pub params: Option<Struct>,
     pub bindings: Vec<Binding>,
     pub constants: Vec<Constant>,

@@ -1,27 +1,38 @@
 //! SPIR-V to the description that [`super::emit`] turns into Rust.
 
-use super::{Binding, Constant, Kernel, Member, Struct, Type};
+use super::{Binding, Constant, Kernel, Member, Stage, Struct, Type};
 use spirq::prelude::*;
 use spirq::ty::{ScalarType, StructType};
 use std::path::Path;
 
 /// Reads back what the compiled kernel really uses.
 pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
-    let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned();
+    let stage = Stage::of(file).ok_or_else(|| format!("{}: not a kernel", file.display()))?;
+    let name = file.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned() + stage.suffix();
     let fail = |what: String| format!("{}: {what}", file.display());
     // All resources: by itself the crate overlooks a buffer of which only the length is used.
     let entry_points =
         ReflectConfig::new().spv(without_logic(words)).ref_all_rscs(true).reflect().map_err(|e| fail(e.to_string()))?;
     let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
-    let local_size = local_size(words).map_err(&fail)?;
-    let mut kernel = Kernel { name, local_size, params: None, bindings: vec![], constants: vec![] };
+    let local_size = if stage == Stage::Compute { local_size(words).map_err(&fail)? } else { [0; 3] };
+    let mut kernel = Kernel { name, stage, local_size, colours: 0, params: None, bindings: vec![], constants: vec![] };
     for var in &entry.vars {
         match var {
             Variable::Descriptor { desc_bind, ty, .. } => {
                 if desc_bind.set() != 0 {
                     return Err(fail(format!("binding {} is outside of set 0", desc_bind.bind())));
                 }
-                kernel.bindings.push(binding(desc_bind.bind(), ty).map_err(&fail)?);
+                let binding = binding(desc_bind.bind(), ty).map_err(&fail)?;
+                if stage != Stage::Compute && !binding.read_only {
+                    return Err(fail(format!("{}: a draw writes no buffers: say readonly", binding.name)));
+                }
+                kernel.bindings.push(binding);
+            }
+            Variable::Input { .. } if stage == Stage::Vertex => {
+                return Err(fail("vertices have no attributes here: read them from buffers by gl_VertexIndex".into()));
+            }
+            Variable::Output { location, .. } if stage == Stage::Fragment => {
+                kernel.colours = kernel.colours.max(location.loc() + 1);
             }
             Variable::PushConstant { ty, .. } => {
                 let Some(block) = ty.as_struct() else { return Err(fail("push constants are not a block".into())) };

@@ -38,13 +38,13 @@ pub(super) struct Accounts {
 }
 
 impl Accounts {
-    fn add(&mut self, place: Place, bytes: u64) {
+    pub(super) fn add(&mut self, place: Place, bytes: u64) {
         self.all.current += bytes;
         self.all.peak = self.all.peak.max(self.all.current);
         self.device += if place == Place::Device { bytes } else { 0 };
     }
 
-    fn remove(&mut self, place: Place, bytes: u64) {
+    pub(super) fn remove(&mut self, place: Place, bytes: u64) {
         self.all.current -= bytes;
         self.device -= if place == Place::Device { bytes } else { 0 };
     }
@@ -178,7 +178,7 @@ impl Drop for BufferInner {
 }
 
 /// Refuses what no memory type of the device can hold, before the driver (or the host's memory) is tried.
-fn refuse_oversize(core: &Core, name: &str, bytes: u64, place: Place) -> Result<()> {
+pub(super) fn refuse_oversize(core: &Core, name: &str, bytes: u64, place: Place) -> Result<()> {
     let limits = &core.info.limits;
     let refuse = |limit: u64, what: &str| {
         let advice = format!("{what} is {limit} bytes; lower --photons or --size, or choose another --device");

@@ -3,6 +3,7 @@
 use super::buffer::{Buffer, BufferInner};
 use super::core::Core;
 use super::failed;
+use super::image::ImageInner;
 use super::pipeline::Pipeline;
 use crate::error::{Error, Result};
 use ash::vk;
@@ -50,6 +51,7 @@ pub(super) struct CommandState {
     pub markers: Option<Buffer>,
     /// Shares that keep what the commands name alive. Keyed by handle, so that each is held once.
     pub buffers: BTreeMap<u64, Arc<BufferInner>>,
+    pub images: BTreeMap<u64, Arc<ImageInner>>,
     pub pipelines: BTreeMap<u64, Arc<Pipeline>>,
     /// Timeline value of the last submission; 0 before the first.
     pub last: AtomicU64,
@@ -168,6 +170,7 @@ impl Drop for CommandState {
         if last > 0 && !matches!(self.core.wait(last, &self.name), Ok(true)) && !self.core.is_lost() {
             // Still running without end: leak all it may use.
             std::mem::forget(std::mem::take(&mut self.buffers));
+            std::mem::forget(std::mem::take(&mut self.images));
             std::mem::forget(std::mem::take(&mut self.pipelines));
             std::mem::forget(self.markers.take());
             return;

@@ -27,6 +27,14 @@ pub(super) enum Sync2 {
     Extension(khr::synchronization2::Device),
 }
 
+/// The functions of dynamic rendering, likewise; none where graphics passes are not possible.
+pub(super) enum Rendering {
+    /// The device's own functions.
+    Promoted,
+    Extension(khr::dynamic_rendering::Device),
+    Absent,
+}
+
 /// The queue and the value that its next submission signals.
 struct Queue {
     raw: vk::Queue,
@@ -37,6 +45,7 @@ struct Queue {
 pub(super) struct Core {
     pub raw: ash::Device,
     pub sync2: Sync2,
+    pub rendering: Rendering,
     pub info: DeviceInfo,
     pub identity: Identity,
     pub queue_family: u32,
@@ -74,10 +83,16 @@ impl Core {
         } else {
             Sync2::Extension(khr::synchronization2::Device::new(&instance.raw, &raw))
         };
+        let rendering = match candidate.info.features.raster {
+            false => Rendering::Absent,
+            true if candidate.version >= vk::API_VERSION_1_3 => Rendering::Promoted,
+            true => Rendering::Extension(khr::dynamic_rendering::Device::new(&instance.raw, &raw)),
+        };
         let labels = instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Self {
             raw,
             sync2,
+            rendering,
             info: candidate.info,
             identity: candidate.identity,
             queue_family,
@@ -249,6 +264,9 @@ fn create_device(instance: &Instance, candidate: &Candidate, family: u32) -> Res
     }
     if !is_13 && extensions.subgroup_size_control {
         names.push(ext::subgroup_size_control::NAME.as_ptr());
+    }
+    if !is_13 && extensions.dynamic_rendering {
+        names.push(khr::dynamic_rendering::NAME.as_ptr());
     }
     if extensions.float_atomics {
         names.push(ext::shader_atomic_float::NAME.as_ptr());

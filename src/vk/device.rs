@@ -3,10 +3,12 @@
 use super::buffer::{Buffer, MemoryUse, Place};
 use super::cache::{CacheFile, default_cache_dir};
 use super::core::Core;
-use super::features::Feature;
+use super::features::{Feature, Features};
+use super::image::{Image, ImageKind};
 use super::instance::{Instance, NEWEST, ValidationLog};
 use super::limits::{DeviceInfo, candidates};
 use super::pipeline::{Pipeline, PipelineDesc, PipelineStore};
+use super::raster_pipeline::RasterDesc;
 use super::record::Recorder;
 use super::select::DeviceSelect;
 use super::{lock, probe};
@@ -72,10 +74,16 @@ impl Device {
 
     /// Opens a device as if the loader knew nothing beyond Vulkan `newest`.
     fn open_version(options: &DeviceOptions, newest: u32) -> Result<Arc<Self>> {
+        Self::open_changed(options, newest, |_| ())
+    }
+
+    /// The same with what `change` makes of the device's abilities.
+    fn open_changed(options: &DeviceOptions, newest: u32, change: impl FnOnce(&mut Features)) -> Result<Arc<Self>> {
         let forced = std::env::var_os("NEPHROID_VALIDATE").is_some_and(|value| value == "1");
         let validate = options.validate || forced;
         let instance = Instance::new(validate, newest)?;
-        let candidate = options.select.choose(candidates(&instance)?)?;
+        let mut candidate = options.select.choose(candidates(&instance)?)?;
+        change(&mut candidate.info.features);
         let core = Arc::new(Core::new(instance, candidate, options.wait_limit, options.markers || validate)?);
         let file = options.cache.as_ref().map(|folder| CacheFile::new(folder, core.identity));
         let pipelines = PipelineStore::new(Arc::clone(&core), file)?;
@@ -147,6 +155,32 @@ impl Device {
         self.pipelines.get(desc)
     }
 
+    /// The pipeline for the draws of `desc`, made at the first request and shared afterwards.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] if the device has no graphics passes, or no geometry kernels or depth clamping where
+    /// `desc` asks for them, or binds too few buffers; [`Error::Vulkan`] if the driver refuses the kernels.
+    ///
+    /// # Panics
+    /// If the description is impossible on every device: see [`PipelineDesc`].
+    pub fn raster_pipeline(&self, desc: &RasterDesc<'_>) -> Result<Arc<Pipeline>> {
+        self.require(&desc.needs())?;
+        self.pipelines.get_raster(desc)
+    }
+
+    /// A new attachment of graphics passes with undefined content.
+    ///
+    /// # Errors
+    /// [`Error::MissingFeature`] without graphics passes or beyond [`super::Limits::image_side`],
+    /// [`Error::OutOfMemory`] if the device cannot hold it, [`Error::Vulkan`] if the driver fails.
+    ///
+    /// # Panics
+    /// If a side is 0.
+    pub fn image(&self, name: &str, extent: [u32; 2], kind: ImageKind) -> Result<Image> {
+        self.require(&[Feature::Raster])?;
+        Image::new(&self.core, name, extent, kind)
+    }
+
     /// Starts recording commands; `name` shows in debuggers and errors.
     ///
     /// # Errors
@@ -196,13 +230,43 @@ mod tests {
         recorder.begin_scope("fill");
         recorder.fill(&target, 0, 64, 0x0102_0304);
         recorder.end_scope();
+        if device.info().features.raster {
+            let image = device.image("image", [2, 1], ImageKind::Colour).unwrap();
+            let picture = crate::vk::Picture { colours: &[&image], depth: None };
+            recorder.begin_picture(&picture);
+            recorder.end_picture(&picture);
+            recorder.barrier();
+            recorder.copy_image(&image, &target, 32);
+        }
         let commands = recorder.finish().unwrap();
         commands.submit().unwrap().wait().unwrap();
         let mut bytes = [0; 64];
         target.read(0, &mut bytes);
-        assert_eq!(bytes, [4, 3, 2, 1].repeat(16)[..]);
+        assert_eq!(bytes[..32], [4, 3, 2, 1].repeat(8)[..]);
+        let second = if device.info().features.raster { [0; 4] } else { [4, 3, 2, 1] };
+        assert_eq!(bytes[32..], second.repeat(8)[..]);
         assert_eq!(commands.timings().len(), usize::from(device.info().features.timestamps));
         device.check_validation().unwrap();
+    }
+
+    /// Barriers name no stages of graphics then, and nothing is enabled for it.
+    #[test]
+    fn a_device_without_graphics_does_all_but_draw() {
+        let device = Device::open_changed(&options(), NEWEST, Features::without_graphics).unwrap();
+        let newest = Device::open(&options()).unwrap();
+        assert_eq!(device.loop_limit(), newest.loop_limit(), "a kernel runs");
+        let refused = device.image("image", [2, 2], ImageKind::Colour).err().expect("there are no pictures");
+        assert!(matches!(&refused, Error::MissingFeature { feature, .. } if feature.contains("graphics passes")));
+        assert_eq!(refused.exit_code(), 3);
+        let runtime = crate::graph::Runtime::new(device);
+        let mut g = crate::graph::Graph::new();
+        let mut target = g.buffer("target", 4);
+        let pass = crate::graph::RasterPass { name: "empty", extent: [2, 2], depth: None };
+        g.raster(pass, vec![], [&mut target]);
+        g.keep(&target);
+        let refused = runtime.prepare(&g.plan().unwrap()).err().expect("a plan that draws");
+        assert!(refused.to_string().contains("graphics passes"), "{refused}");
+        runtime.device().check_validation().unwrap();
     }
 
     #[test]

@@ -55,6 +55,9 @@ features! {
     subgroup_clustered SubgroupClustered "clustered subgroup operations"
     subgroup_size_control SubgroupSizeControl "a fixed subgroup size per kernel"
     timestamps Timestamps "timestamps on the compute queue (timings are left out)"
+    raster Raster "graphics passes (a graphics queue, dynamic rendering, blending of 32-bit floats)"
+    geometry_shader GeometryShader "geometry kernels in graphics passes"
+    depth_clamp DepthClamp "depth clamping in graphics passes (bounds across the near plane)"
 }
 
 /// Without these a device is not used at all.
@@ -66,6 +69,7 @@ pub(super) struct Extensions {
     pub synchronization2: bool,
     pub subgroup_size_control: bool,
     pub float_atomics: bool,
+    pub dynamic_rendering: bool,
     pub portability_subset: bool,
 }
 
@@ -78,6 +82,7 @@ pub(super) struct FeatureChain {
     sync2: vk::PhysicalDeviceSynchronization2Features<'static>,
     subgroup_size: vk::PhysicalDeviceSubgroupSizeControlFeatures<'static>,
     float_atomics: vk::PhysicalDeviceShaderAtomicFloatFeaturesEXT<'static>,
+    rendering: vk::PhysicalDeviceDynamicRenderingFeatures<'static>,
 }
 
 impl FeatureChain {
@@ -92,6 +97,9 @@ impl FeatureChain {
         if is_13 || extensions.subgroup_size_control {
             head = head.push_next(&mut self.subgroup_size);
         }
+        if is_13 || extensions.dynamic_rendering {
+            head = head.push_next(&mut self.rendering);
+        }
         if extensions.float_atomics {
             head = head.push_next(&mut self.float_atomics);
         }
@@ -102,6 +110,8 @@ impl FeatureChain {
     pub fn enabling(wanted: &Features) -> Self {
         let mut chain = Self::default();
         chain.core = chain.core.shader_int64(wanted.int64).shader_float64(wanted.float64).shader_int16(wanted.int16);
+        chain.core = chain.core.geometry_shader(wanted.geometry_shader).depth_clamp(wanted.depth_clamp);
+        chain.rendering = chain.rendering.dynamic_rendering(wanted.raster);
         chain.v11 = chain.v11.storage_buffer16_bit_access(wanted.storage16);
         chain.v12 = chain
             .v12
@@ -138,6 +148,9 @@ impl FeatureChain {
             storage8: yes(self.v12.storage_buffer8_bit_access),
             float_atomic_add: yes(self.float_atomics.shader_buffer_float32_atomic_add),
             subgroup_size_control: yes(self.subgroup_size.subgroup_size_control),
+            raster: yes(self.rendering.dynamic_rendering),
+            geometry_shader: yes(core.geometry_shader),
+            depth_clamp: yes(core.depth_clamp),
             ..Features::default()
         }
     }
@@ -156,6 +169,11 @@ impl Features {
         self.subgroup_shuffle = ops.contains(vk::SubgroupFeatureFlags::SHUFFLE);
         self.subgroup_shuffle_relative = ops.contains(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE);
         self.subgroup_clustered = ops.contains(vk::SubgroupFeatureFlags::CLUSTERED);
+    }
+
+    /// Leaves out what is of graphics where its other half is missing.
+    pub(super) fn without_graphics(&mut self) {
+        (self.raster, self.geometry_shader, self.depth_clamp) = (false, false, false);
     }
 
     /// What of `needed` is missing, in words.

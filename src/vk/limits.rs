@@ -1,8 +1,8 @@
 //! Physical devices: what they are called, what they can do, how much of it.
 
-use super::failed;
 use super::features::{Extensions, Feature, FeatureChain, Features, REQUIRED};
 use super::instance::Instance;
+use super::{failed, image};
 use crate::error::Result;
 use ash::vk;
 use std::ffi::CStr;
@@ -60,6 +60,8 @@ pub struct Limits {
     pub storage_buffers: u32,
     /// Alignment of the start of a storage-buffer binding.
     pub storage_alignment: u64,
+    /// Width and height of the picture of a graphics pass, at most.
+    pub image_side: u32,
     /// Nanoseconds of one timestamp tick.
     pub timestamp_period_ns: f32,
     /// Valid bits of a timestamp; 0 where the queue has none.
@@ -166,6 +168,10 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
         features.subgroup_size_control &= subgroups.sized_stages.contains(vk::ShaderStageFlags::COMPUTE);
     }
     features.timestamps = limits.timestamp_bits > 0;
+    let draws = queue_family.is_some_and(|at| families[at as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS));
+    if !(features.raster && draws && image::formats_fit(instance, raw)) {
+        features.without_graphics();
+    }
     let (lacks, blocking) = lacks(&features, version, queue_family.is_some());
     let info = DeviceInfo {
         index,
@@ -219,6 +225,7 @@ fn extensions(instance: &Instance, raw: vk::PhysicalDevice, name: &str) -> Resul
         synchronization2: has(ash::khr::synchronization2::NAME),
         subgroup_size_control: has(ash::ext::subgroup_size_control::NAME),
         float_atomics: has(ash::ext::shader_atomic_float::NAME),
+        dynamic_rendering: has(ash::khr::dynamic_rendering::NAME),
         portability_subset: has(ash::khr::portability_subset::NAME),
     })
 }
@@ -290,6 +297,12 @@ fn basic_limits(limits: &vk::PhysicalDeviceLimits) -> Limits {
             .min(limits.max_descriptor_set_storage_buffers)
             .min(limits.max_per_stage_resources),
         storage_alignment: limits.min_storage_buffer_offset_alignment,
+        image_side: limits
+            .max_image_dimension2_d
+            .min(limits.max_framebuffer_width)
+            .min(limits.max_framebuffer_height)
+            .min(limits.max_viewport_dimensions[0])
+            .min(limits.max_viewport_dimensions[1]),
         timestamp_period_ns: limits.timestamp_period,
         timestamp_bits: 0,
     }

@@ -1,10 +1,11 @@
 //! The device: all Vulkan and all `unsafe` of the crate.
 //!
-//! Everything above this module sees five values and no Vulkan handle:
+//! Everything above this module sees six values and no Vulkan handle:
 //!
 //! - [`Device`]: one compute queue of one physical device, chosen by [`DeviceSelect`], described by [`DeviceInfo`].
 //! - [`Buffer`]: device memory, or memory that the host writes or reads ([`Place`]).
-//! - [`Pipeline`]: one compute kernel with its specialisation constants.
+//! - [`Pipeline`]: one compute kernel with its specialisation constants, or the kernels of a draw.
+//! - [`Image`]: a colour or depth attachment of a [`Picture`]; only draws write it, only copies read it.
 //! - [`Recorder`] and [`Commands`]: a command buffer while it is written, and afterwards, when it can be replayed.
 //! - [`Submission`]: one run of it, to be waited for.
 //!
@@ -32,8 +33,9 @@
 //!
 //! # Synchronisation
 //!
-//! There is one queue and one kind of barrier, [`Recorder::barrier`]: global, covering compute, indirect arguments and
-//! transfers. Each [`Commands`] starts with that barrier, so runs follow each other in submission order, and ends with
+//! There is one queue and one kind of barrier, [`Recorder::barrier`]: global, covering kernels (compute and graphics),
+//! indirect arguments and transfers. Images have barriers of their own, inside [`Recorder::begin_picture`] and
+//! [`Recorder::end_picture`]: between these two they are drawn on, afterwards copied from. Each [`Commands`] starts with that barrier, so runs follow each other in submission order, and ends with
 //! one that makes all writes visible to the host. A timeline semaphore counts the submissions of a device.
 //!
 //! # Memory
@@ -58,6 +60,7 @@
 //! | memory | `buffer.rs` |
 //! | pipelines, their memo; the file of the pipeline cache | `pipeline.rs`, `cache.rs` |
 //! | recording; replay, timestamps, crash markers | `record.rs`, `commands.rs` |
+//! | attachments; graphics pipelines; recording draws | `image.rs`, `raster_pipeline.rs`, `raster.rs` |
 //! | the loop-cut probe | `probe.rs` |
 //!
 //! [`Error::DeviceLost`]: crate::error::Error::DeviceLost
@@ -70,10 +73,13 @@ mod commands;
 mod core;
 mod device;
 mod features;
+mod image;
 mod instance;
 mod limits;
 mod pipeline;
 mod probe;
+mod raster;
+mod raster_pipeline;
 mod record;
 mod select;
 
@@ -82,9 +88,12 @@ pub use cache::default_cache_dir;
 pub use commands::{Commands, ScopeTiming, Submission};
 pub use device::{Device, DeviceOptions, devices};
 pub use features::{Feature, Features};
+pub use image::{Image, ImageKind};
 pub use instance::ValidationLog;
 pub use limits::{DeviceInfo, DeviceKind, Limits};
 pub use pipeline::{Pipeline, PipelineDesc};
+pub use raster::Picture;
+pub use raster_pipeline::{RasterDesc, StageDesc};
 pub use record::Recorder;
 pub use select::DeviceSelect;
 

@@ -1,8 +1,10 @@
-//! Compute pipelines: made once per kernel and constants, remembered in memory and, where the driver uses it, on disk.
+//! Pipelines (compute here, graphics in `raster_pipeline.rs`): made once per kernel and constants, remembered in memory and, where the driver uses it, on disk.
 
 use super::cache::CacheFile;
 use super::core::Core;
+use super::raster_pipeline::RasterDesc;
 use super::{Limits, c_string, failed, lock};
+use crate::draw_state::DrawState;
 use crate::error::{Error, Result};
 use ash::vk;
 use std::collections::HashMap;
@@ -29,36 +31,52 @@ pub struct PipelineDesc<'a> {
     pub constants: &'a [(u32, u32)],
 }
 
+/// What makes two stages the same.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct StageKey {
+    flag: vk::ShaderStageFlags,
+    spirv: Vec<u32>,
+    constants: Vec<(u32, u32)>,
+}
+
+impl StageKey {
+    pub fn new(flag: vk::ShaderStageFlags, spirv: &[u32], constants: &[(u32, u32)]) -> Self {
+        Self { flag, spirv: spirv.to_vec(), constants: constants.to_vec() }
+    }
+}
+
 /// What makes two descriptions the same. Holds the words themselves, so that equality is exact.
 #[derive(PartialEq, Eq, Hash)]
-struct Key {
-    name: String,
-    spirv: Vec<u32>,
-    bindings: Vec<u32>,
-    push_bytes: u32,
-    constants: Vec<(u32, u32)>,
+pub(super) struct Key {
+    pub name: String,
+    pub stages: Vec<StageKey>,
+    pub bindings: Vec<u32>,
+    pub push_bytes: u32,
+    /// Of a draw: its state, whether it writes colours and how many there are, whether there is a depth.
+    pub draw: Option<(DrawState, bool, u32, bool)>,
 }
 
 impl Key {
     fn new(desc: &PipelineDesc<'_>) -> Self {
         Self {
             name: desc.name.to_owned(),
-            spirv: desc.spirv.to_vec(),
+            stages: vec![StageKey::new(vk::ShaderStageFlags::COMPUTE, desc.spirv, desc.constants)],
             bindings: desc.bindings.to_vec(),
             push_bytes: desc.push_bytes,
-            constants: desc.constants.to_vec(),
+            draw: None,
         }
     }
 }
 
-/// A compute pipeline; freed when neither its device nor any recorded [`super::Commands`] uses it.
+/// A compute or graphics pipeline; freed when neither its device nor any recorded [`super::Commands`] uses it.
 pub struct Pipeline {
-    core: Arc<Core>,
+    pub(super) core: Arc<Core>,
     pub(super) raw: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
     pub(super) set_layout: vk::DescriptorSetLayout,
     pub(super) bindings: Vec<u32>,
     pub(super) push_bytes: u32,
+    pub(super) stages: vk::ShaderStageFlags,
     name: String,
 }
 
@@ -69,6 +87,15 @@ impl Pipeline {
     }
 
     fn new(core: &Arc<Core>, desc: &PipelineDesc<'_>, cache: vk::PipelineCache) -> Result<Self> {
+        check_words(desc.name, desc.spirv, desc.constants);
+        let mut pipeline = Self::laid_out(core, vk::ShaderStageFlags::COMPUTE, desc)?;
+        pipeline.create(desc, cache)?;
+        core.set_name(pipeline.raw, desc.name);
+        Ok(pipeline)
+    }
+
+    /// A pipeline with layouts for `stages` and nothing else; of `desc` the name, bindings and push constants count.
+    pub(super) fn laid_out(core: &Arc<Core>, stages: vk::ShaderStageFlags, desc: &PipelineDesc<'_>) -> Result<Self> {
         check(core, desc)?;
         // Null handles until made: destroying those is allowed, so an early return frees what exists.
         let mut pipeline = Self {
@@ -78,23 +105,31 @@ impl Pipeline {
             set_layout: vk::DescriptorSetLayout::null(),
             bindings: desc.bindings.to_vec(),
             push_bytes: desc.push_bytes,
+            stages,
             name: desc.name.to_owned(),
         };
         pipeline.create_layouts()?;
-        pipeline.create(desc, cache)?;
-        core.set_name(pipeline.raw, desc.name);
         Ok(pipeline)
     }
 
+    /// Whether it belongs to draws.
+    pub(super) fn draws(&self) -> bool {
+        self.stages != vk::ShaderStageFlags::COMPUTE
+    }
+
+    /// Where it is bound.
+    pub(super) fn point(&self) -> vk::PipelineBindPoint {
+        if self.draws() { vk::PipelineBindPoint::GRAPHICS } else { vk::PipelineBindPoint::COMPUTE }
+    }
+
     fn create_layouts(&mut self) -> Result<()> {
-        let bindings: Vec<_> = self.bindings.iter().map(|&binding| storage_binding(binding)).collect();
+        let bindings: Vec<_> = self.bindings.iter().map(|&binding| storage_binding(binding, self.stages)).collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: binding numbers differ (VUID-VkDescriptorSetLayoutCreateInfo-binding-00279), see `check`.
         self.set_layout = unsafe { self.core.raw.create_descriptor_set_layout(&info, None) }
             .map_err(failed("vkCreateDescriptorSetLayout", &self.name))?;
         let layouts = [self.set_layout];
-        let ranges =
-            [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes)];
+        let ranges = [vk::PushConstantRange::default().stage_flags(self.stages).size(self.push_bytes)];
         let used = if self.push_bytes > 0 { &ranges[..] } else { &[] };
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(used);
         // SAFETY: one set within the device's storage-buffer limit and a non-empty push range of a multiple of 4
@@ -106,11 +141,7 @@ impl Pipeline {
 
     fn create(&mut self, desc: &PipelineDesc<'_>, cache: vk::PipelineCache) -> Result<()> {
         let device = &self.core.raw;
-        let module_info = vk::ShaderModuleCreateInfo::default().code(desc.spirv);
-        // SAFETY: the words are SPIR-V valid for this device: the crate's kernels pass spirv-val at build time and
-        // their features are checked by `Device::require` (VUID-VkShaderModuleCreateInfo-pCode-08737).
-        let module = unsafe { device.create_shader_module(&module_info, None) }
-            .map_err(failed("vkCreateShaderModule", &self.name))?;
+        let module = self.module(desc.spirv)?;
         let values: Vec<u8> = desc.constants.iter().flat_map(|(_, bits)| bits.to_ne_bytes()).collect();
         let entries: Vec<_> = desc.constants.iter().enumerate().map(|(i, &(id, _))| entry(i, id)).collect();
         let constants = vk::SpecializationInfo::default().map_entries(&entries).data(&values);
@@ -139,6 +170,16 @@ impl Pipeline {
     }
 }
 
+impl Pipeline {
+    /// A module of `spirv`, which the caller destroys.
+    pub(super) fn module(&self, spirv: &[u32]) -> Result<vk::ShaderModule> {
+        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
+        // SAFETY: the words are SPIR-V valid for this device: the crate's kernels pass spirv-val at build time and
+        // their features are checked by `Device::require` (VUID-VkShaderModuleCreateInfo-pCode-08737).
+        unsafe { self.core.raw.create_shader_module(&info, None) }.map_err(failed("vkCreateShaderModule", &self.name))
+    }
+}
+
 impl Drop for Pipeline {
     fn drop(&mut self) {
         // SAFETY: commands that use the pipeline hold a share of it until they have finished
@@ -151,30 +192,34 @@ impl Drop for Pipeline {
     }
 }
 
-fn storage_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {
+fn storage_binding(binding: u32, stages: vk::ShaderStageFlags) -> vk::DescriptorSetLayoutBinding<'static> {
     vk::DescriptorSetLayoutBinding::default()
         .binding(binding)
         .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
         .descriptor_count(1)
-        .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        .stage_flags(stages)
 }
 
-fn entry(position: usize, id: u32) -> vk::SpecializationMapEntry {
+pub(super) fn entry(position: usize, id: u32) -> vk::SpecializationMapEntry {
     vk::SpecializationMapEntry::default().constant_id(id).offset(4 * position as u32).size(4)
 }
 
+fn unique(mut numbers: Vec<u32>) -> bool {
+    numbers.sort_unstable();
+    numbers.windows(2).all(|pair| pair[0] != pair[1])
+}
+
+/// Panics if a stage's code or constants are impossible.
+pub(super) fn check_words(name: &str, spirv: &[u32], constants: &[(u32, u32)]) {
+    assert!(spirv.len() > 5 && spirv[0] == SPIRV_MAGIC, "the kernel '{name}' is no SPIR-V");
+    assert!(unique(constants.iter().map(|&(id, _)| id).collect()), "'{name}' names a constant twice: {constants:?}");
+}
+
 fn check(core: &Core, desc: &PipelineDesc<'_>) -> Result<()> {
-    let unique = |mut numbers: Vec<u32>| {
-        numbers.sort_unstable();
-        numbers.windows(2).all(|pair| pair[0] != pair[1])
-    };
     let name = desc.name;
-    assert!(desc.spirv.len() > 5 && desc.spirv[0] == SPIRV_MAGIC, "the kernel '{name}' is no SPIR-V");
     assert!(desc.push_bytes <= Limits::PUSH_BYTES, "'{name}' has {} bytes of push constants", desc.push_bytes);
     assert!(desc.push_bytes.is_multiple_of(4), "'{name}' has {} bytes of push constants", desc.push_bytes);
     assert!(unique(desc.bindings.to_vec()), "'{name}' names a binding twice: {:?}", desc.bindings);
-    let ids = desc.constants.iter().map(|&(id, _)| id).collect();
-    assert!(unique(ids), "'{name}' names a constant twice: {:?}", desc.constants);
     let most = core.info.limits.storage_buffers as usize;
     if desc.bindings.len() > most {
         let feature = format!("{} storage buffers in one kernel ('{name}'; it has {most})", desc.bindings.len());
@@ -207,13 +252,21 @@ impl PipelineStore {
     }
 
     pub fn get(&self, desc: &PipelineDesc<'_>) -> Result<Arc<Pipeline>> {
-        let key = Key::new(desc);
+        self.remember(Key::new(desc), |cache| Pipeline::new(&self.core, desc, cache))
+    }
+
+    /// The pipeline of a draw.
+    pub fn get_raster(&self, desc: &RasterDesc<'_>) -> Result<Arc<Pipeline>> {
+        self.remember(desc.key(), |cache| Pipeline::new_raster(&self.core, desc, cache))
+    }
+
+    fn remember(&self, key: Key, make: impl FnOnce(vk::PipelineCache) -> Result<Pipeline>) -> Result<Arc<Pipeline>> {
         // The lock is held while compiling, so that two threads never compile the same kernel.
         let mut made = lock(&self.made);
         if let Some(pipeline) = made.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
-        let pipeline = Arc::new(Pipeline::new(&self.core, desc, self.cache)?);
+        let pipeline = Arc::new(make(self.cache)?);
         made.insert(key, Arc::clone(&pipeline));
         Ok(pipeline)
     }

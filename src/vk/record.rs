@@ -17,18 +17,19 @@ const SETS_PER_POOL: u32 = 64;
 /// Bindings that a pool has per set on average; a set with more still fits while others have fewer.
 const BINDINGS_PER_SET: u32 = 12;
 
-const COMPUTE: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COMPUTE_SHADER;
-const TRANSFER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::ALL_TRANSFER;
+pub(super) const TRANSFER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::ALL_TRANSFER;
 const HOST: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::HOST;
 const INDIRECT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::DRAW_INDIRECT;
 
 /// A command buffer being recorded. What it records is not seen by the device before [`Recorder::finish`].
 pub struct Recorder {
-    state: CommandState,
+    pub(super) state: CommandState,
     /// Indices of the open scopes.
     open: Vec<usize>,
     /// Push-constant and binding state is complete.
-    bound: Option<Arc<Pipeline>>,
+    pub(super) bound: Option<Arc<Pipeline>>,
+    /// Size of the picture that is being drawn.
+    pub(super) drawing: Option<[u32; 2]>,
     /// The first failure of a call that cannot report it; [`Recorder::finish`] does.
     failure: Option<Error>,
 }
@@ -48,10 +49,11 @@ impl Recorder {
             scopes: Vec::new(),
             markers: None,
             buffers: BTreeMap::new(),
+            images: BTreeMap::new(),
             pipelines: BTreeMap::new(),
             last: AtomicU64::new(0),
         };
-        let mut recorder = Self { state, open: Vec::new(), bound: None, failure: None };
+        let mut recorder = Self { state, open: Vec::new(), bound: None, drawing: None, failure: None };
         recorder.begin()?;
         Ok(recorder)
     }
@@ -138,7 +140,7 @@ impl Recorder {
         let Some(markers) = self.state.markers.as_ref().filter(|_| index < MARKED_SCOPES) else { return };
         let raw = markers.inner.raw;
         self.memory_barrier(
-            (COMPUTE | TRANSFER, vk::AccessFlags2::NONE),
+            (self.kernels() | TRANSFER, vk::AccessFlags2::NONE),
             (vk::PipelineStageFlags2::CLEAR, vk::AccessFlags2::NONE),
         );
         // SAFETY: as in `fill`; the word lies inside the buffer, which the state keeps.
@@ -165,14 +167,14 @@ impl Recorder {
         }
         state.pipelines.insert(pipeline.raw.as_raw(), Arc::clone(pipeline));
         let (device, commands) = (&state.core.raw, state.commands);
-        let point = vk::PipelineBindPoint::COMPUTE;
+        let point = pipeline.point();
         // SAFETY: recording; pipeline, layout and set belong to each other (VUID-vkCmdBindDescriptorSets-pDescriptorSets-00358),
         // the push range is the layout's (VUID-vkCmdPushConstants-offset-01795); all are kept until the commands are freed.
         unsafe {
             device.cmd_bind_pipeline(commands, point, pipeline.raw);
             device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
             if !push.is_empty() {
-                device.cmd_push_constants(commands, pipeline.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+                device.cmd_push_constants(commands, pipeline.layout, pipeline.stages, 0, push);
             }
         }
         self.bound = Some(Arc::clone(pipeline));
@@ -253,6 +255,7 @@ impl Recorder {
     /// Without a bound kernel or with more groups than [`super::Limits::groups`].
     pub fn dispatch(&mut self, groups: [u32; 3]) {
         let pipeline = self.bound.as_ref().expect("dispatch without bind");
+        assert!(!pipeline.draws(), "'{}' is no compute kernel", pipeline.name());
         let most = self.state.core.info.limits.groups;
         let fits = groups.iter().zip(&most).all(|(count, most)| count <= most);
         assert!(fits, "'{}' on {groups:?} workgroups, the device has {most:?}", pipeline.name());
@@ -267,6 +270,7 @@ impl Recorder {
     /// Without a bound kernel, or if the arguments leave the buffer or are not 4-byte aligned.
     pub fn dispatch_indirect(&mut self, arguments: &Buffer, offset: u64) {
         let pipeline = self.bound.as_ref().expect("dispatch_indirect without bind");
+        assert!(!pipeline.draws(), "'{}' is no compute kernel", pipeline.name());
         let fits = offset.is_multiple_of(4) && offset.checked_add(12).is_some_and(|end| end <= arguments.bytes());
         assert!(fits, "arguments of '{}' at {offset} of '{}'", pipeline.name(), arguments.name());
         self.state.keep(arguments);
@@ -280,11 +284,23 @@ impl Recorder {
         let write = vk::AccessFlags2::SHADER_WRITE | vk::AccessFlags2::TRANSFER_WRITE | vk::AccessFlags2::HOST_WRITE;
         let shader = vk::AccessFlags2::SHADER_READ | vk::AccessFlags2::SHADER_WRITE;
         let transfer = vk::AccessFlags2::TRANSFER_READ | vk::AccessFlags2::TRANSFER_WRITE;
+        let kernels = self.kernels();
         // The indirect stage is in the first half as well: its reads must not be overtaken by later writes.
         self.memory_barrier(
-            (COMPUTE | TRANSFER | HOST | INDIRECT, write),
-            (COMPUTE | TRANSFER | INDIRECT, shader | transfer | vk::AccessFlags2::INDIRECT_COMMAND_READ),
+            (kernels | TRANSFER | HOST | INDIRECT, write),
+            (kernels | TRANSFER | INDIRECT, shader | transfer | vk::AccessFlags2::INDIRECT_COMMAND_READ),
         );
+    }
+
+    /// The stages in which kernels run on this queue.
+    fn kernels(&self) -> vk::PipelineStageFlags2 {
+        let compute = vk::PipelineStageFlags2::COMPUTE_SHADER;
+        match self.state.core.info.features.raster {
+            true => {
+                compute | vk::PipelineStageFlags2::PRE_RASTERIZATION_SHADERS | vk::PipelineStageFlags2::FRAGMENT_SHADER
+            }
+            false => compute,
+        }
     }
 
     fn memory_barrier(
@@ -297,13 +313,17 @@ impl Recorder {
             .src_access_mask(before.1)
             .dst_stage_mask(after.0)
             .dst_access_mask(after.1)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
+        self.depend(&vk::DependencyInfo::default().memory_barriers(&barriers));
+    }
+
+    /// Records a dependency between what comes before and what follows.
+    pub(super) fn depend(&mut self, info: &vk::DependencyInfo<'_>) {
         // SAFETY: recording; synchronization2 is enabled (VUID-vkCmdPipelineBarrier2-synchronization2-03848) and every
         // access belongs to one of the stages beside it (VUID-VkMemoryBarrier2-srcAccessMask-03907 and following).
         unsafe {
             match &self.state.core.sync2 {
-                Sync2::Promoted => self.state.core.raw.cmd_pipeline_barrier2(self.state.commands, &info),
-                Sync2::Extension(fns) => fns.cmd_pipeline_barrier2(self.state.commands, &info),
+                Sync2::Promoted => self.state.core.raw.cmd_pipeline_barrier2(self.state.commands, info),
+                Sync2::Extension(fns) => fns.cmd_pipeline_barrier2(self.state.commands, info),
             }
         }
     }
@@ -356,9 +376,10 @@ impl Recorder {
     /// # Panics
     /// If a scope is still open.
     pub fn finish(mut self) -> Result<Commands> {
+        assert!(self.drawing.is_none(), "finish inside of a picture");
         assert!(self.open.is_empty(), "{} scope(s) still open", self.open.len());
         self.memory_barrier(
-            (COMPUTE | TRANSFER, vk::AccessFlags2::SHADER_WRITE | vk::AccessFlags2::TRANSFER_WRITE),
+            (self.kernels() | TRANSFER, vk::AccessFlags2::SHADER_WRITE | vk::AccessFlags2::TRANSFER_WRITE),
             (HOST, vk::AccessFlags2::HOST_READ),
         );
         if let Some(error) = self.failure.take() {
@@ -375,7 +396,7 @@ impl Recorder {
 
 impl CommandState {
     /// Holds a share of `buffer` as long as the commands exist.
-    fn keep(&mut self, buffer: &Buffer) {
+    pub(super) fn keep(&mut self, buffer: &Buffer) {
         self.buffers.entry(buffer.inner.raw.as_raw()).or_insert_with(|| Arc::clone(&buffer.inner));
     }
 }

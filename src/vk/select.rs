@@ -101,6 +101,7 @@ mod tests {
             subgroup_size_max: 8,
             storage_buffers: 32,
             storage_alignment: 64,
+            image_side: 16_384,
             timestamp_period_ns: 1.0,
             timestamp_bits: 64,
         };

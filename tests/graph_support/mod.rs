@@ -1,11 +1,12 @@
 //! Kernels for tests of the graph that need no device: any number of buffers, no code.
 #![allow(dead_code)]
 
-use nephroid::graph::{Access, Bindings, Buf, Kernel, KernelInfo, Spirv, Use};
+use nephroid::graph::{Access, Bindings, Buf, FragmentShader, GeometryShader, Kernel, KernelInfo, Shader, ShaderInfo};
+use nephroid::graph::{Spirv, Stage, Use, VertexShader};
 
 /// A kernel by its facts alone, with one word of push constants.
 #[derive(Clone, Copy)]
-pub struct Fake(pub &'static KernelInfo);
+pub struct Fake<T: 'static = KernelInfo>(pub &'static T);
 
 /// Buffers of a [`Fake`], bound in the order of listing.
 #[derive(Default)]
@@ -21,6 +22,21 @@ impl Kernel for Fake {
         Vec::new()
     }
 }
+
+impl Shader for Fake<ShaderInfo> {
+    type Params = u32;
+    type Bindings<'a> = Wires;
+    fn info(&self) -> &'static ShaderInfo {
+        self.0
+    }
+    fn constants(&self) -> Vec<(u32, u32)> {
+        if self.0.stage == Stage::Fragment { vec![(20, 7)] } else { Vec::new() }
+    }
+}
+
+impl VertexShader for Fake<ShaderInfo> {}
+impl GeometryShader for Fake<ShaderInfo> {}
+impl FragmentShader for Fake<ShaderInfo> {}
 
 impl Bindings for Wires {
     fn uses(&self) -> Vec<Use> {
@@ -54,6 +70,11 @@ impl Wires {
 /// Facts of a kernel without code, 64 invocations to a group.
 pub const fn facts(name: &'static str) -> KernelInfo {
     KernelInfo { name, spirv: Spirv(&[]), local_size: [64, 1, 1], push_bytes: 4, bindings: &[0, 1, 2, 3] }
+}
+
+/// Facts of a graphics kernel without code.
+pub const fn shader(name: &'static str, stage: Stage, colours: u32) -> ShaderInfo {
+    ShaderInfo { name, stage, colours, spirv: Spirv(&[]), push_bytes: 4, bindings: &[] }
 }
 
 /// Index of a buffer in its graph.
