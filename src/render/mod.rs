@@ -13,5 +13,5 @@ mod upload;
 
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
-pub use settings::Settings;
+pub use settings::{Lens, Settings};
 pub use upload::DeviceScene;
