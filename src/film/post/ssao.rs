@@ -57,26 +57,23 @@ impl Ssao {
 
     /// Visibility per pixel, 0 ... 1: 1 where nothing was seen or nothing is near. `depth` has one number for each of `[width, height]` pixels, `normal` three.
     pub fn visibility(&self, size: [usize; 2], depth: &[f32], normal: &[f32], view: &View) -> Vec<f32> {
-        let point = |index: usize| {
-            let normal = [normal[3 * index], normal[3 * index + 1], normal[3 * index + 2]];
-            let usable = depth[index].is_finite() && (depth[index] > 0.0 || view.orthographic);
-            let position = view.position([index % size[0], index / size[0]], size, depth[index]);
-            let normal = view.direction(normal);
-            let square = dot(normal, normal);
-            (usable && square.is_finite() && square > 0.25 && dot(position, position).is_finite())
-                .then_some(Point { position, normal })
-        };
-        let points: Vec<Option<Point>> = (0..depth.len()).map(point).collect();
+        let points = points(size, depth, normal, view);
+        let raw = self.unfiltered(size, &points, view);
+        let across = self.blurred(&raw, size, &points, [1, 0]);
+        self.blurred(&across, size, &points, [0, 1])
+    }
+
+    /// The estimate, with the noise of its turned spirals.
+    fn unfiltered(&self, size: [usize; 2], points: &[Option<Point>], view: &View) -> Vec<f32> {
         let mut raw = vec![1.0; points.len()];
         for_each_row(&mut raw, size[0], |y, row| {
             for (x, visible) in row.iter_mut().enumerate() {
                 if let Some(point) = points[y * size[0] + x] {
-                    *visible = self.visible([x, y], size, point, &points, view);
+                    *visible = self.visible([x, y], size, point, points, view);
                 }
             }
         });
-        let across = self.blurred(&raw, size, &points, [1, 0]);
-        self.blurred(&across, size, &points, [0, 1])
+        raw
     }
 
     fn visible(&self, at: [usize; 2], size: [usize; 2], point: Point, points: &[Option<Point>], view: &View) -> f32 {
@@ -112,7 +109,7 @@ impl Ssao {
         if falloff > 0.0 && rise > 0.0 { falloff.powi(3) * rise / (square + 1e-4 * r2) } else { 0.0 }
     }
 
-    /// Averages along one axis over pixels of the same surface: those near the tangent plane, with a similar normal.
+    /// Averages along one axis over pixels of the same surface: those near the point and its tangent plane, with a similar normal.
     fn blurred(&self, values: &[f32], size: [usize; 2], points: &[Option<Point>], step: [isize; 2]) -> Vec<f32> {
         let mut result = values.to_vec();
         for_each_row(&mut result, size[0], |y, row| {
@@ -129,7 +126,9 @@ impl Ssao {
                     let v: [f32; 3] = std::array::from_fn(|k| other.position[k] - point.position[k]);
                     let off_plane = dot(v, point.normal).abs() / (0.1 * self.radius);
                     let alike = dot(point.normal, other.normal).clamp(0.0, 1.0).powi(8);
-                    let weight = (1.0 - off_plane).max(0.0) * alike * (1.0 - offset.abs() as f32 / (BLUR + 1) as f32);
+                    let far = dot(v, v) / (0.25 * self.radius * self.radius);
+                    let tent = 1.0 - offset.abs() as f32 / (BLUR + 1) as f32;
+                    let weight = (1.0 - off_plane).max(0.0) * (1.0 - far).max(0.0) * alike * tent;
                     sum += weight * values[index];
                     weights += weight;
                 }
@@ -140,6 +139,19 @@ impl Ssao {
         });
         result
     }
+}
+
+/// What the layers show, pixel by pixel; nothing where they hold no surface.
+fn points(size: [usize; 2], depth: &[f32], normal: &[f32], view: &View) -> Vec<Option<Point>> {
+    let point = |index: usize| {
+        let usable = depth[index].is_finite() && (depth[index] > 0.0 || view.orthographic);
+        let position = view.position([index % size[0], index / size[0]], size, depth[index]);
+        let normal = view.direction([normal[3 * index], normal[3 * index + 1], normal[3 * index + 2]]);
+        let square = dot(normal, normal);
+        let whole = square.is_finite() && square > 0.25 && dot(position, position).is_finite();
+        (usable && whole).then_some(Point { position, normal })
+    };
+    (0..depth.len()).map(point).collect()
 }
 
 /// Rotation of the spiral in turns, 0 ... 1: neighbours differ widely (interleaved gradient noise, Jimenez 2014).
@@ -231,7 +243,8 @@ mod tests {
         let darkest = column.iter().map(|(_, v)| *v).fold(1.0, f32::min);
         assert!((0.1..0.7).contains(&darkest), "{darkest}");
         for (distance, v) in &column {
-            assert!(*v == 1.0 || *distance < 0.5 + 4.0 * view(false).pixel_side(SIZE[1], 3.0), "{distance}: {v}");
+            // The blur may carry it on by half of the radius.
+            assert!(*v == 1.0 || *distance < 0.75, "{distance}: {v}");
             assert!(*v < 0.85 || *distance > 0.1, "{distance}: {v}");
         }
         // Twice the strength, twice the darkness, as long as it does not end at black.
@@ -243,36 +256,35 @@ mod tests {
     }
 
     #[test]
-    fn few_samples_and_blur_agree_with_many_neighbours() {
-        // The same estimator over all pixels of the disc, by numbers: area density 1 / (2 pi h R), as the spiral has.
+    fn few_samples_agree_with_all_neighbours() {
+        // The same estimator over all pixels of the disc by numbers, with the spiral's density 1 / (2 pi h reach). The spiral
+        // is noisy: the mean over a row, in which nothing changes but its turn.
         let (depth, normals) = render(&view(false), &CORNER);
-        let visible = SSAO.visibility(SIZE, &depth, &normals, &view(false));
-        let place = |x: usize, y: usize| view(false).position([x, y], SIZE, depth[y * SIZE[0] + x]);
-        let mut worst = 0.0f32;
-        for y in 8..60 {
-            let (x, p) = (48, place(48, y));
-            let normal: [f32; 3] = view(false).direction(std::array::from_fn(|k| normals[3 * (y * SIZE[0] + x) + k]));
-            let pixel = view(false).pixel_side(SIZE[1], p[2]);
+        let points = points(SIZE, &depth, &normals, &view(false));
+        let at = |x: usize, y: usize| points[y * SIZE[0] + x].expect("a surface");
+        let raw = SSAO.unfiltered(SIZE, &points, &view(false));
+        let (mut worst, mut darkest) = (0.0f32, 1.0f32);
+        for y in 15..60 {
+            let p = at(48, y);
+            let pixel = view(false).pixel_side(SIZE[1], p.position[2]);
             let (reach, bias) = (SSAO.radius / pixel, (0.5 * pixel).max(0.005));
             let (mut sum, mut weights) = (0.0, 0.0);
-            for oy in 0..SIZE[1] {
-                for ox in 0..SIZE[0] {
-                    let h = (ox as f32 - x as f32).hypot(oy as f32 - y as f32);
-                    if h < 0.5 || h > reach {
-                        continue;
-                    }
-                    let q = place(ox, oy);
-                    let v: [f32; 3] = std::array::from_fn(|k| q[k] - p[k]);
-                    let (square, rise) = (dot(v, v), dot(v, normal) - bias);
-                    let falloff = (1.0 - square / 0.25).max(0.0).powi(3);
-                    sum += falloff * rise.max(0.0) / (square + 1e-4 * 0.25) / h;
-                    weights += 1.0 / h;
+            for index in 0..SIZE[0] * SIZE[1] {
+                let (x2, y2) = (index % SIZE[0], index / SIZE[0]);
+                let h = (x2 as f32 - 48.0).hypot(y2 as f32 - y as f32);
+                if h < 0.5 || h > reach {
+                    continue;
                 }
+                let v: [f32; 3] = std::array::from_fn(|k| at(x2, y2).position[k] - p.position[k]);
+                sum += SSAO.occlusion(dot(v, v), dot(v, p.normal) - bias) / h;
+                weights += 1.0 / h;
             }
             let all = (1.0 - 5.0 * SSAO.radius * sum / weights).max(0.0);
-            worst = worst.max((all - visible[y * SIZE[0] + x]).abs());
+            let mean = raw[y * SIZE[0] + 24..][..48].iter().sum::<f32>() / 48.0;
+            worst = worst.max((all - mean).abs());
+            darkest = darkest.min(all);
         }
-        assert!(worst < 0.1, "off by {worst}");
+        assert!(darkest < 0.5 && worst < 0.08, "off by {worst}, darkest {darkest}");
     }
 
     #[test]
