@@ -2,6 +2,8 @@
 //! elsewhere becomes a disc of known size, and no light is lost on the way.
 
 use nephroid::error::Error;
+use nephroid::film::post::defocus::Defocus;
+use nephroid::film::post::{Post, View};
 use nephroid::render::{Lens, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Material, Scene};
@@ -95,6 +97,25 @@ fn the_sharp_plane_is_as_the_pinhole_sees_it() {
     // A ray that grazes the edge may fall to either side of it by rounding.
     assert!(unequal(2.0) <= 3, "{} pixels differ in focus", unequal(2.0));
     assert!(unequal(1.6) > 100, "{} pixels differ out of focus", unequal(1.6));
+}
+
+/// The blur after the render spreads a source as far as the lens does, before the edges and depths that it has to guess.
+#[test]
+fn the_screen_space_blur_has_the_size_of_the_lens() {
+    const SIZE: usize = 96;
+    let (distance, side, lens) = (2.0, 0.3, Lens { radius: 0.1, focus: 4.0 });
+    let mut shot = Shot::take(&source(distance, side), &with_lens(SIZE as u32, None), 0..64);
+    let half = (0.5 * YFOV).tan();
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+    let view = View { axes, half: [half; 2], orthographic: false };
+    let expected = expected_variance(SIZE, f64::from(distance), f64::from(side), lens);
+    let off = |shot: &Shot| moments(shot, SIZE).1.map(|variance| variance / expected - 1.0);
+    assert!(off(&shot).iter().all(|x| *x < -0.05), "without blur it is too small: {:?}", off(&shot));
+    let (sum, _) = moments(&shot, SIZE);
+    let post = Post { defocus: Some(Defocus { radius: lens.radius, focus: lens.focus }), ..Post::default() };
+    post.apply(&mut shot.picture, &view).expect("the depth is there");
+    assert!(off(&shot).iter().all(|x| x.abs() < 0.03), "{:?}", off(&shot));
+    assert_close(moments(&shot, SIZE).0, sum, 0.05, "energy is nearly kept");
 }
 
 #[test]
