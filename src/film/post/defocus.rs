@@ -5,7 +5,8 @@
 //! the angle of view (Potmesil and Chakravarty 1981). Here each pixel gathers the neighbours whose discs reach it, every
 //! one weighted by one over the area of its disc. A neighbour that lies behind the pixel is only taken as far as the
 //! pixel's own disc reaches: what is sharp has no background bleed over it. The weights are divided by their sum, so a
-//! constant stays constant, but unlike with a lens the sum over the picture is only nearly kept.
+//! constant stays constant, but unlike with a lens the sum over the picture is only nearly kept. Mirrors and glass have the
+//! depth of what is seen through them, or none, so their blur is a guess. The time grows with the square of the blur.
 
 use super::View;
 use super::rows::for_each_row;
@@ -43,12 +44,19 @@ impl Defocus {
         let circles: Vec<f32> = depth.iter().map(|z| self.circle(*z, size[1], view)).collect();
         let most = circles.iter().copied().fold(0.0, f32::max).ceil() as usize;
         let reach = greatest_near(&circles, size, most);
-        let source = Source { size, beauty, depth, circles: &circles };
+        let texel = |((color, depth), circle): ((&[f32], &f32), &f32)| Texel {
+            color: [color[0], color[1], color[2]],
+            depth: *depth,
+            circle: *circle,
+            finite: color.iter().all(|c| c.is_finite()),
+        };
+        let texels = beauty.chunks_exact(3).zip(depth).zip(&circles).map(texel).collect();
+        let source = Source { size, texels };
         let mut result = beauty.to_vec();
         for_each_row(&mut result, 3 * size[0], |y, row| {
             for (x, color) in row.chunks_exact_mut(3).enumerate() {
                 let radius = reach[y * size[0] + x];
-                if radius >= 0.5 && color.iter().all(|c| c.is_finite()) {
+                if radius >= 0.5 && source.texels[y * size[0] + x].finite {
                     color.copy_from_slice(&source.gather([x, y], radius.ceil() as usize));
                 }
             }
@@ -57,38 +65,51 @@ impl Defocus {
     }
 }
 
-struct Source<'a> {
-    size: [usize; 2],
-    beauty: &'a [f32],
-    depth: &'a [f32],
-    circles: &'a [f32],
+/// What the inner loop needs of a pixel, side by side.
+struct Texel {
+    color: [f32; 3],
+    depth: f32,
+    /// Radius of its circle of confusion in pixels.
+    circle: f32,
+    finite: bool,
 }
 
-impl Source<'_> {
+struct Source {
+    size: [usize; 2],
+    texels: Vec<Texel>,
+}
+
+impl Source {
     /// Weighted mean over the square of `reach` pixels around a pixel.
     fn gather(&self, [x, y]: [usize; 2], reach: usize) -> [f32; 3] {
         let [width, height] = self.size;
-        let own = y * width + x;
-        let (mut sum, mut weights) = ([0.0f32; 3], 0.0);
-        for j in y.saturating_sub(reach)..=(y + reach).min(height - 1) {
-            for i in x.saturating_sub(reach)..=(x + reach).min(width - 1) {
-                let index = j * width + i;
-                let other = self.circles[index];
-                let behind = self.depth[index] > self.depth[own];
-                let circle = if behind { other.min(self.circles[own]) } else { other };
-                let distance = (i as f32 - x as f32).hypot(j as f32 - y as f32);
-                // A rim of one pixel, so that discs grow smoothly; a pixel always reaches itself.
-                let covered = if index == own { 1.0 } else { (circle + 0.5 - distance).clamp(0.0, 1.0) };
-                let color = &self.beauty[3 * index..][..3];
-                if covered > 0.0 && color.iter().all(|c| c.is_finite()) {
-                    let weight = covered / (std::f32::consts::PI * circle * circle).max(1.0);
-                    sum.iter_mut().zip(color).for_each(|(sum, c)| *sum += weight * c);
+        let own = &self.texels[y * width + x];
+        // A pixel always reaches itself.
+        let mut weights = weight(own.circle);
+        let mut sum = own.color.map(|c| weights * c);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        for j in y.saturating_sub(reach)..(y + reach + 1).min(height) {
+            let dy = j as f32 - y as f32;
+            for (i, other) in columns.clone().zip(&self.texels[j * width..][columns.clone()]) {
+                let dx = i as f32 - x as f32;
+                let square = dx * dx + dy * dy;
+                let circle = if other.depth > own.depth { other.circle.min(own.circle) } else { other.circle };
+                let rim = circle + 0.5;
+                if square < rim * rim && square > 0.0 && other.finite {
+                    // A rim of one pixel, so that discs grow smoothly.
+                    let weight = (rim - square.sqrt()).min(1.0) * weight(circle);
+                    sum.iter_mut().zip(other.color).for_each(|(sum, c)| *sum += weight * c);
                     weights += weight;
                 }
             }
         }
         sum.map(|sum| sum / weights)
     }
+}
+
+/// One over the area of a circle of confusion in pixels, of at least one.
+fn weight(circle: f32) -> f32 {
+    (std::f32::consts::PI * circle * circle).max(1.0).recip()
 }
 
 /// The greatest value within `reach` pixels along both axes.
