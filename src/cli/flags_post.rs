@@ -23,8 +23,8 @@ pub enum DepthOfField {
     /// By a thin lens in the eye paths: right, also in mirrors and behind edges
     #[default]
     Lens,
-    /// By a blur after the render, from the depths: the picture stays free of the noise of a lens, edges and reflections are
-    /// guesses, blur is at most 5 % of the height
+    /// By a blur after the render, from the depths: the picture stays free of the noise of a lens, edges and
+    /// reflections are guesses, blur is at most 5 % of the height
     Screen,
 }
 
@@ -32,8 +32,8 @@ pub enum DepthOfField {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct LensArgs {
-    /// Depth of field: aperture as f/N (such as f/2.8, of a camera with a sensor 24 mm high; a scene unit is a metre) or
-    /// as a radius in scene units. Needs --focus and a perspective camera [default: a pinhole, sharp everywhere]
+    /// Depth of field: aperture as f/N (such as f/2.8, of a camera with a sensor 24 mm high; a scene unit is a metre)
+    /// or as a radius in scene units. Needs --focus and a perspective camera [default: a pinhole, sharp everywhere]
     #[arg(long, value_name = "f/N|RADIUS", value_parser = aperture, requires = "focus", allow_negative_numbers = true)]
     pub aperture: Option<Aperture>,
 
@@ -50,13 +50,15 @@ pub struct LensArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "After the render")]
 pub struct PostArgs {
-    /// Ambient occlusion in screen space: surfaces within RADIUS (scene units) of each other darken their indirect light. Only for
-    /// indirect light that is subsampled and has lost its corners: with all photons these are there, and get too dark
+    /// Ambient occlusion in screen space: surfaces within RADIUS (scene units) of each other darken their indirect
+    /// light. Only for indirect light that is subsampled and has lost its corners: with all photons they are there
+    /// already, and this counts them twice
     #[arg(long, value_name = "RADIUS", value_parser = length, allow_negative_numbers = true)]
     pub ssao: Option<f32>,
 
     /// Factor on the darkening of --ssao
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, requires = "ssao", hide_short_help = true, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, requires = "ssao")]
+    #[arg(hide_short_help = true, allow_negative_numbers = true)]
     pub ssao_strength: f32,
 
     /// Bloom: fraction of all light that is spread around its place, such as 0.05; no light is added or lost
@@ -64,7 +66,8 @@ pub struct PostArgs {
     pub bloom: Option<f32>,
 
     /// Width of the bloom: standard deviation of its widest part, as a fraction of the picture's height
-    #[arg(long, value_name = "FRACTION", default_value = "0.08", value_parser = fraction, requires = "bloom", hide_short_help = true, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FRACTION", default_value = "0.08", value_parser = fraction, requires = "bloom")]
+    #[arg(hide_short_help = true, allow_negative_numbers = true)]
     pub bloom_size: f32,
 
     /// Grading of a PNG by ASC CDL, after the tone curve: factor on display values, one number or R,G,B

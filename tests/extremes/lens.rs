@@ -44,8 +44,8 @@ fn scale(size: usize, distance: f64) -> f64 {
     size as f64 / (2.0 * distance * (0.5 * f64::from(YFOV)).tan())
 }
 
-/// Variance of a source's picture: the disc's is r^2 / 4, the square's s^2 / 12 whatever its turn, the pixel's 1 / 12; those of
-/// independent parts add up.
+/// Variance of a source's picture: the disc's is r^2 / 4, the square's s^2 / 12 whatever its turn, the pixel's 1 / 12;
+/// those of independent parts add up.
 fn expected_variance(size: usize, distance: f64, side: f64, lens: Lens) -> f64 {
     let (radius, focus) = (f64::from(lens.radius), f64::from(lens.focus));
     let disc = radius * (distance - focus).abs() / focus * scale(size, distance);
@@ -99,7 +99,8 @@ fn the_sharp_plane_is_as_the_pinhole_sees_it() {
     assert!(unequal(1.6) > 100, "{} pixels differ out of focus", unequal(1.6));
 }
 
-/// The blur after the render spreads a source as far as the lens does, before the edges and depths that it has to guess.
+/// The blur after the render spreads a source as far as the lens does, before the edges and depths that it has to
+/// guess.
 #[test]
 fn the_screen_space_blur_has_the_size_of_the_lens() {
     const SIZE: usize = 96;

@@ -1,5 +1,5 @@
-// Camera rays: one jittered sample per pixel and pass, box filter, and with LENS a point of the thin lens for each. Clears
-// the pixel's path slots.
+// Camera rays: one jittered sample per pixel and pass, box filter, and with LENS a point of the thin lens for each.
+// Clears the pixel's path slots.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -46,8 +46,8 @@ void main() {
     vec3 origin = parallel ? c.position + across : c.position;
     vec3 direction = parallel ? c.forward : normalize(c.forward + across);
     if (LENS && c.lens_radius > 0.0) {
-        // Every ray of the jittered point meets the same point of the sharp plane, position + focus * (forward + across);
-        // `right` and `up` are stretched to the image, so the lens is laid out along their directions.
+        // Every ray of the jittered point meets the same point of the sharp plane, position + focus * (forward +
+        // across); `right` and `up` are stretched to the image, so the lens is laid out along their directions.
         vec2 on_lens = c.lens_radius * concentric_disc(sequence2(pass[0].index, key, 1u));
         vec3 offset = normalize(c.right) * on_lens.x + normalize(c.up) * on_lens.y;
         origin = c.position + offset;

@@ -1,9 +1,9 @@
 //! Antialiasing of a finished picture: an edge filter for pictures of few passes, in which edges are still stairs.
 //!
 //! The idea is that of FXAA (Lottes 2009, "FXAA", NVIDIA white paper), the code our own. Where the luma jumps, the edge
-//! is followed both ways to its ends, the places where the stair steps. How far the nearer end is, and to which side the
-//! edge steps there, tells how a straight edge through both steps would cut this pixel; the pixel is mixed with its
-//! neighbour across the edge accordingly. An edge whose end is not found within [`MOST_STEPS`] pixels counts as
+//! is followed both ways to its ends, the places where the stair steps. How far the nearer end is, and to which side
+//! the edge steps there, tells how a straight edge through both steps would cut this pixel; the pixel is mixed with its
+//! neighbour across the edge accordingly. An edge whose end is not found within 24 pixels counts as
 //! straight along the axis and stays as it is.
 
 use super::grade::luma;
@@ -89,8 +89,8 @@ impl Edges {
         (share > 0.0).then_some((other, share))
     }
 
-    /// Follows the edge from a pixel until the mean of its two sides leaves `level` by `tolerance`. The distance is that from the middle
-    /// of the pixel to the border between the last pixel of the edge and the next.
+    /// Follows the edge from a pixel until the mean of its two sides leaves `level` by `tolerance`. The distance is
+    /// that from the middle of the pixel to the border between the last pixel of the edge and the next.
     fn end(&self, at: [isize; 2], across: [isize; 2], step: [isize; 2], (level, tolerance): (f32, f32)) -> Option<End> {
         for i in 1..=MOST_STEPS {
             let p = [at[0] + i * step[0], at[1] + i * step[1]];

@@ -5,9 +5,10 @@
 //! beyond the border: the weights that reach a pixel then add up to 1, and so do those that leave one, so neither a
 //! constant picture nor the sum over any picture changes.
 //!
-//! A Gaussian is four box filters in a row (the central limit theorem; Wells 1986, "Efficient synthesis of Gaussian filters by cascaded uniform
-//! filters"), whose ends have fractional weights so that the variance is met exactly (Gwosdek et al. 2011, "Theoretical
-//! foundations of Gaussian convolution by extended box filtering"). The time does not depend on the size.
+//! A Gaussian is four box filters in a row (the central limit theorem; Wells 1986, "Efficient synthesis of Gaussian
+//! filters by cascaded uniform filters"), whose ends have fractional weights so that the variance is met exactly
+//! (Gwosdek et al. 2011, "Theoretical foundations of Gaussian convolution by extended box filtering"). The time does
+//! not depend on the size.
 
 use super::rows::for_each_row;
 

@@ -1,12 +1,13 @@
-//! Depth of field after the fact, from the depth layer: the paper's way (Mara, Luebke and McGuire 2013), far cheaper and
-//! less right than a lens in the eye paths, which sees what lies behind an edge.
+//! Depth of field after the fact, from the depth layer, as the composite of Mara, Luebke and McGuire 2013 has it (the
+//! filter is our own): cheaper and less right than a lens in the eye paths, which sees what lies behind an edge.
 //!
 //! A pixel at depth z is spread over a disc, its circle of confusion, of radius `R |1 / focus - 1 / z|` as a tangent of
-//! the angle of view (Potmesil and Chakravarty 1981). Here each pixel gathers the neighbours whose discs reach it, every
-//! one weighted by one over the area of its disc. A neighbour that lies behind the pixel is only taken as far as the
-//! pixel's own disc reaches: what is sharp has no background bleed over it. The weights are divided by their sum, so a
-//! constant stays constant, but unlike with a lens the sum over the picture is only nearly kept. Mirrors and glass have the
-//! depth of what is seen through them, or none, so their blur is a guess. The time grows with the square of the blur.
+//! the angle of view (Potmesil and Chakravarty 1981). Here each pixel gathers the neighbours whose discs reach it,
+//! every one weighted by one over the area of its disc. A neighbour that lies behind the pixel is only taken as far as
+//! the pixel's own disc reaches: what is sharp has no background bleed over it. The weights are divided by their sum,
+//! so a constant stays constant, but unlike with a lens the sum over the picture is only nearly kept. Mirrors and glass
+//! have the depth of what is seen through them, or none, so their blur is a guess. The time grows with the square of
+//! the blur.
 
 use super::View;
 use super::rows::for_each_row;

@@ -1,8 +1,8 @@
 //! Colour grading by the ASC CDL: the American Society of Cinematographers' Color Decision List, version 1.2.
 //!
 //! Per channel `out = clamp(in * slope + offset) ^ power`, then saturation around the Rec.709 luma
-//! `0.2126 R + 0.7152 G + 0.0722 B`, and a clamp again. It works on display values (after the tone curve, sRGB-encoded),
-//! as the standard foresees for pictures that are not logarithmic.
+//! `0.2126 R + 0.7152 G + 0.0722 B`, and a clamp again. The standard leaves the encoding to
+//! its user; here it works on display values: after the tone curve, sRGB-encoded.
 
 /// A grade. The default changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]

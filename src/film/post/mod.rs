@@ -2,8 +2,9 @@
 //!
 //! They work on the mean of all passes and so cost once for every picture that is written, not once for every pass.
 //! Two kinds: *linear* ones change the beauty layer, in this order: ambient occlusion ([`ssao`]), depth of field
-//! ([`defocus`]), bloom ([`bloom`]); and *display-referred* ones change only what a PNG shows, after tone curve and sRGB
-//! encoding ([`display`]): grading ([`grade`]), then antialiasing ([`antialias`]). All other layers stay as rendered.
+//! ([`defocus`]), bloom ([`bloom`]); and *display-referred* ones change only what a PNG shows, after tone curve and
+//! sRGB encoding ([`display`]): grading ([`grade`]), then antialiasing ([`antialias`]). All other layers stay as
+//! rendered.
 
 pub mod antialias;
 pub mod bloom;
@@ -85,7 +86,8 @@ impl Post {
     /// Changes the beauty layer. Without passes nothing is touched.
     ///
     /// # Errors
-    /// [`Error::Usage`] if a layer is missing or does not hold what its name says, or if a perspective camera is needed.
+    /// [`Error::Usage`] if a layer is missing or does not hold what its name says, or if a perspective camera is
+    /// needed.
     pub fn apply(&self, picture: &mut Picture, view: &View) -> Result<()> {
         if *self == Self::default() {
             return Ok(());

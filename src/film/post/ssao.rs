@@ -1,12 +1,12 @@
-//! Screen-space ambient occlusion: how much of the indirect light near surfaces keep from a point, guessed from the depths of its
-//! neighbours in the picture.
+//! Screen-space ambient occlusion: how much of the indirect light near surfaces keep from a point, guessed from the
+//! depths of its neighbours in the picture.
 //!
 //! It stands in for indirect light that is too coarse to show corners and creases, as where photons are subsampled; a
 //! photon map with all its photons holds that darkening already, and this adds it a second time.
 //!
-//! The estimator is that of Scalable Ambient Obscurance (McGuire, Mara and Luebke 2012, section 2.3), which descends from Alchemy AO
-//! (McGuire et al. 2011): a neighbour at `v` from the point counts by how far it rises above the tangent plane, `v . n`,
-//! over `v . v`, with a weight `(1 - v . v / r^2)^3` that ends smoothly at the radius `r`:
+//! The estimator is that of Scalable Ambient Obscurance (McGuire, Mara and Luebke 2012, section 2.3), which descends
+//! from Alchemy AO (McGuire et al. 2011): a neighbour at `v` from the point counts by how far it rises above the
+//! tangent plane, `v . n`, over `v . v`, with a weight `(1 - v . v / r^2)^3` that ends smoothly at the radius `r`:
 //!
 //! `A = max(0, 1 - 5 strength / samples * r * sum of (1 - v.v / r^2)^3 max(0, v.n - bias) / (v.v + eps))`
 //!
@@ -55,7 +55,8 @@ impl Ssao {
         format!("ssao radius {} strength {}", self.radius, self.strength)
     }
 
-    /// Visibility per pixel, 0 ... 1: 1 where nothing was seen or nothing is near. `depth` has one number for each of `[width, height]` pixels, `normal` three.
+    /// Visibility per pixel, 0 ... 1: 1 where nothing was seen or nothing is near. `depth` has one number for each of
+    /// `[width, height]` pixels, `normal` three.
     pub fn visibility(&self, size: [usize; 2], depth: &[f32], normal: &[f32], view: &View) -> Vec<f32> {
         let points = points(size, depth, normal, view);
         let raw = self.unfiltered(size, &points, view);
@@ -101,7 +102,8 @@ impl Ssao {
         (1.0 - 5.0 * self.strength * self.radius * sum / SAMPLES as f32).max(0.0)
     }
 
-    /// One neighbour's part, per scene unit: `square` is its squared distance, `rise` its height above the tangent plane.
+    /// One neighbour's part, per scene unit: `square` is its squared distance, `rise` its height above the tangent
+    /// plane.
     fn occlusion(&self, square: f32, rise: f32) -> f32 {
         let r2 = self.radius * self.radius;
         let falloff = 1.0 - square / r2;
@@ -109,7 +111,8 @@ impl Ssao {
         if falloff > 0.0 && rise > 0.0 { falloff.powi(3) * rise / (square + 1e-4 * r2) } else { 0.0 }
     }
 
-    /// Averages along one axis over pixels of the same surface: those near the point and its tangent plane, with a similar normal.
+    /// Averages along one axis over pixels of the same surface: those near the point and its tangent plane, with a
+    /// similar normal.
     fn blurred(&self, values: &[f32], size: [usize; 2], points: &[Option<Point>], step: [isize; 2]) -> Vec<f32> {
         let mut result = values.to_vec();
         for_each_row(&mut result, size[0], |y, row| {
@@ -159,7 +162,8 @@ fn turn([x, y]: [usize; 2]) -> f32 {
     (52.982_918 * (0.067_110_56 * x as f32 + 0.005_837_15 * y as f32).fract()).fract()
 }
 
-/// Takes the occluded part of the indirect light out of the beauty layer; both are interleaved RGB. Broken numbers of the indirect light count as 0.
+/// Takes the occluded part of the indirect light out of the beauty layer; both are interleaved RGB. Broken numbers of
+/// the indirect light count as 0.
 pub fn darken(beauty: &mut [f32], indirect: &[f32], visibility: &[f32]) {
     for (index, (x, light)) in beauty.iter_mut().zip(indirect).enumerate() {
         let lost = (1.0 - visibility[index / 3]) * light;
@@ -257,8 +261,8 @@ mod tests {
 
     #[test]
     fn few_samples_agree_with_all_neighbours() {
-        // The same estimator over all pixels of the disc by numbers, with the spiral's density 1 / (2 pi h reach). The spiral
-        // is noisy: the mean over a row, in which nothing changes but its turn.
+        // The same estimator over all pixels of the disc by numbers, with the spiral's density 1 / (2 pi h reach). The
+        // spiral is noisy: the mean over a row, in which nothing changes but its turn.
         let (depth, normals) = render(&view(false), &CORNER);
         let points = points(SIZE, &depth, &normals, &view(false));
         let at = |x: usize, y: usize| points[y * SIZE[0] + x].expect("a surface");
