@@ -251,6 +251,83 @@ fn what_cannot_be_had_is_found_before_rendering() {
     assert_eq!(names_in(folder.path()), ["bad.glb"], "nothing was written");
 }
 
+/// Bits of the layer `name` of an EXR.
+fn bits(picture: &Picture, name: &str) -> Vec<u32> {
+    picture.layer(name).expect("a layer").data.iter().map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn passes_after_the_render_change_what_they_say_and_are_written_down() {
+    let _turn = turn();
+    let folder = folder();
+    let line = "render @cornell.glb --size 32x24 --passes 2 --device % -q";
+    success(&format!("{line} -o plain.exr -o plain.png --aov all --report plain.json"), folder.path());
+    let passes = "--ssao 1.5 --aperture 0.3 --focus 6 --depth-of-field screen --bloom 0.2 --saturation 0 --antialias";
+    success(&format!("{line} -o post.exr -o post.png --report post.json {passes}"), folder.path());
+    success(&format!("{line} -o all.exr --aov all {passes}"), folder.path());
+    success(&format!("{line} -o shown.exr -o shown.png --saturation 0 --antialias"), folder.path());
+    let (plain, all) = (picture(folder.path(), "plain.exr"), picture(folder.path(), "all.exr"));
+    let metadata = |name: &str| exr::read(&folder.path().join(name)).expect("a whole picture").1;
+    let report = |name: &str| -> Value {
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join(name)).expect("written")).expect("JSON")
+    };
+
+    // Linear passes change the beauty layer alone, and need no layer in the file.
+    assert_ne!(bits(&plain, ""), bits(&all, ""));
+    for layer in ["albedo", "normal", "depth", "direct", "indirect", "caustic"] {
+        assert_eq!(bits(&plain, layer), bits(&all, layer), "{layer}");
+    }
+    let post = picture(folder.path(), "post.exr");
+    assert_eq!(post.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>(), [""]);
+    assert_eq!(bits(&post, ""), bits(&all, ""));
+    let written =
+        "ssao radius 1.5 strength 1; screen-space depth of field, aperture radius 0.3 focus 6; bloom 0.2 size 0.08";
+    assert_eq!(metadata("post.exr").get("post"), Some(&exr::Value::Text(written.into())));
+    let after = &report("post.json")["after_the_render"];
+    assert_eq!(after["linear"].as_array().map(Vec::len), Some(3), "{after}");
+    assert_eq!(after["png"].as_array().map(Vec::len), Some(2), "{after}");
+
+    // Those of the display change the PNG alone.
+    assert_eq!(bits(&plain, ""), bits(&picture(folder.path(), "shown.exr"), ""));
+    let pixels = |name: &str| image::open(folder.path().join(name)).expect("a whole PNG").to_rgb8();
+    assert!(pixels("shown.png").pixels().all(|p| p.0[0] == p.0[1] && p.0[1] == p.0[2]), "grey");
+    assert!(pixels("plain.png").pixels().any(|p| p.0[0] != p.0[1]), "the cornell box has colours");
+
+    // Without passes nothing is said in the file.
+    for name in ["plain.exr", "shown.exr"] {
+        assert!(!metadata(name).contains_key("post") && !metadata(name).contains_key("lens"), "{name}");
+    }
+    assert_eq!(report("plain.json")["after_the_render"]["linear"], serde_json::json!([]));
+}
+
+#[test]
+fn a_lens_blurs_and_is_written_down() {
+    let _turn = turn();
+    let folder = folder();
+    let line = "render @cornell.glb --size 32x24 --passes 2 --device % -q";
+    success(&format!("{line} -o pinhole.exr"), folder.path());
+    success(&format!("{line} -o lens.exr --aperture 0.5 --focus 4 --report lens.json"), folder.path());
+    success(&format!("{line} -o number.exr --aperture f/1.4 --focus 4"), folder.path());
+    let (pinhole, lens) = (picture(folder.path(), "pinhole.exr"), picture(folder.path(), "lens.exr"));
+    assert_ne!(bits(&pinhole, ""), bits(&lens, ""));
+    let metadata = |name: &str| exr::read(&folder.path().join(name)).expect("a whole picture").1;
+    let expected = exr::Value::Text("aperture radius 0.5 focus 4".into());
+    assert_eq!(metadata("lens.exr").get("lens"), Some(&expected));
+    assert!(matches!(metadata("number.exr").get("lens"), Some(other @ exr::Value::Text(_)) if *other != expected));
+    assert!(!metadata("pinhole.exr").contains_key("lens"));
+
+    let parallel = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"camera":0}],
+        "cameras":[{"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"znear":0.1,"zfar":10}}]}"#;
+    std::fs::write(folder.path().join("parallel.gltf"), parallel).expect("written");
+    for how in ["lens", "screen"] {
+        let line =
+            format!("render parallel.gltf --device % -q -o no.exr --aperture 0.1 --focus 1 --depth-of-field {how}");
+        assert_refused(&line, folder.path(), 1, "orthographic");
+    }
+    assert!(!folder.path().join("no.exr").exists());
+    success("render parallel.gltf --size 4x4 --passes 1 --device % -q -o yes.exr --ssao 1 --bloom 0.1", folder.path());
+}
+
 #[test]
 #[cfg(unix)]
 fn ctrl_c_writes_what_is_finished() {

@@ -94,6 +94,8 @@ struct Camera {
     uint slots;      // path slots per pixel, for splitting
     uint first_pixel; // of the band of pixels that these passes work on
     uint pixels;      // in the band
+    float lens_radius;   // of the thin lens, in scene units; 0 is a pinhole
+    float inverse_focus; // one over the distance of the sharp plane along the view axis
 };
 
 // What changes from pass to pass; written by the host before each run.

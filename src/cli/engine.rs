@@ -3,15 +3,19 @@
 use std::time::Instant;
 
 use super::flags::DeviceArgs;
+use super::flags_post::{Aperture, DepthOfField, LensArgs};
 use super::progress::Status;
 use super::render::{Rendered, Request, Watch};
 use super::values::{Aov, Bsdf, FootprintRule, choose_camera};
-use crate::error::Result;
-use crate::film::exr::RenderInfo;
+use crate::error::{Error, Result};
+use crate::film::exr::{Metadata, RenderInfo, Value};
 use crate::film::image::Picture;
+use crate::film::post::defocus::Defocus;
+use crate::film::post::{Post, View};
+use crate::film::tonemap::ToneMap;
 use crate::graph::{Runtime, Timing, chrome_trace};
-use crate::render::{Footprint, Session, Settings};
-use crate::scene::{self, Limits, Scene};
+use crate::render::{Footprint, Lens, Session, Settings};
+use crate::scene::{self, Camera, Limits, Projection, Scene};
 use crate::vk::{Device, DeviceOptions};
 
 /// Opens the device that the flags name.
@@ -33,6 +37,7 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     let loaded = begin.elapsed().as_secs_f64();
     let runtime = open(&request.device)?;
     let settings = settings(request, &scene)?;
+    let after = After::of(request, &scene.cameras[settings.camera], &settings)?;
     let mut session = Session::new(&runtime, scene, settings)?;
     let prepared = begin.elapsed().as_secs_f64() - loaded;
     let mut trace = Vec::new();
@@ -55,7 +60,7 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     }
     let seconds = start.elapsed().as_secs_f64();
     runtime.device().check_validation()?;
-    finish(request, &session, &runtime, Measured { loaded, prepared, seconds, trace })
+    finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, trace })
 }
 
 /// Events beyond this are not kept: a trace viewer would not open them.
@@ -71,10 +76,15 @@ struct Measured {
 fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
     let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let defaults = Settings::default();
+    let camera = choose_camera(&request.view.camera, &names)?;
+    let in_paths = request.lens.depth_of_field == DepthOfField::Lens;
+    let lens = if in_paths { lens(&request.lens, &scene.cameras[camera])? } else { None };
+    let needs_layers = request.post.occlusion().is_some() || (!in_paths && request.lens.aperture.is_some());
     Ok(Settings {
         width: request.view.size.width,
         height: request.view.size.height,
-        camera: choose_camera(&request.view.camera, &names)?,
+        camera,
+        lens,
         seed: (request.seed ^ (request.seed >> 32)) as u32,
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
         estimator: request.light.estimator,
@@ -82,7 +92,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         footprint: footprint(request.light.footprint, scene),
         record: request.light.photon_record,
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
-        layers: !request.view.aov.is_empty(),
+        layers: !request.view.aov.is_empty() || needs_layers,
         caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),
         global_smoothing: request.light.global_smoothing.unwrap_or(defaults.global_smoothing),
         ..defaults
@@ -104,7 +114,72 @@ fn footprint(rule: FootprintRule, scene: &Scene) -> Footprint {
     }
 }
 
-fn finish(request: &Request, session: &Session, runtime: &Runtime, measured: Measured) -> Result<Rendered> {
+/// The lens that the flags ask of this camera.
+fn lens(args: &LensArgs, camera: &Camera) -> Result<Option<Lens>> {
+    let (Some(aperture), Some(focus)) = (args.aperture, args.focus) else { return Ok(None) };
+    let Projection::Perspective { yfov, .. } = camera.projection else {
+        return Err(Error::Usage(format!(
+            "--aperture needs a perspective camera, and '{}' is orthographic",
+            camera.name
+        )));
+    };
+    Ok(Some(match aperture {
+        Aperture::FNumber(number) => Lens::from_f_number(number, focus, yfov),
+        Aperture::Radius(radius) => Lens { radius, focus },
+    }))
+}
+
+/// What is done to the finished film.
+struct After {
+    post: Post,
+    view: View,
+    /// The lens in the eye paths.
+    lens: Option<Lens>,
+}
+
+impl After {
+    fn of(request: &Request, camera: &Camera, settings: &Settings) -> Result<Self> {
+        let defocus = match request.lens.depth_of_field {
+            DepthOfField::Lens => None,
+            DepthOfField::Screen => {
+                lens(&request.lens, camera)?.map(|Lens { radius, focus }| Defocus { radius, focus })
+            }
+        };
+        let (half_height, orthographic) = match camera.projection {
+            Projection::Perspective { yfov, .. } => ((0.5 * yfov).tan(), false),
+            Projection::Orthographic { ymag, .. } => (ymag, true),
+        };
+        let half = [half_height * settings.width as f32 / settings.height as f32, half_height];
+        let post = Post { ssao: request.post.occlusion(), defocus, bloom: request.post.glow() };
+        let view = View { axes: [camera.right, camera.up, camera.forward], half, orthographic };
+        Ok(Self { post, view, lens: settings.lens })
+    }
+
+    /// For the metadata of an EXR: keys `lens` and `post`, where there is something to say.
+    fn notes(&self) -> Metadata {
+        let lens = self.lens.map(|Lens { radius, focus }| format!("aperture radius {radius} focus {focus}"));
+        let passes = self.post.describe();
+        let post = (!passes.is_empty()).then(|| passes.join("; "));
+        let notes = [("lens", lens), ("post", post)];
+        notes.into_iter().filter_map(|(key, text)| Some((key.to_owned(), Value::Text(text?)))).collect()
+    }
+
+    /// For the report.
+    fn report(&self, request: &Request) -> serde_json::Value {
+        serde_json::json!({
+            "lens": self.lens.map(|lens| serde_json::json!({ "radius": lens.radius, "focus": lens.focus })),
+            "linear": self.post.describe(),
+            "png": request.post.display(ToneMap::default()).describe(),
+        })
+    }
+}
+
+fn finish(
+    (request, after): (&Request, &After),
+    session: &Session,
+    runtime: &Runtime,
+    measured: Measured,
+) -> Result<Rendered> {
     let statistics = session.statistics()?;
     let device = runtime.device();
     let info = RenderInfo {
@@ -114,10 +189,16 @@ fn finish(request: &Request, session: &Session, runtime: &Runtime, measured: Mea
         device: device.info().name.clone(),
         scene: request.scene.display().to_string(),
     };
-    let picture = wanted_layers(session.picture()?, &request.view.aov);
-    let report = report(session, &info, &measured, runtime)?;
+    let mut picture = session.picture()?;
+    let start = Instant::now();
+    after.post.apply(&mut picture, &after.view)?;
+    let seconds_after = start.elapsed().as_secs_f64();
+    let picture = wanted_layers(picture, &request.view.aov);
+    let mut report = report(session, &info, &measured, runtime)?;
+    report["after_the_render"] = after.report(request);
+    report["after_the_render"]["seconds"] = seconds_after.into();
     let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
-    Ok(Rendered { picture, info, report, trace })
+    Ok(Rendered { picture, info, notes: after.notes(), report, trace })
 }
 
 fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {

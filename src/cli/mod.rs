@@ -8,6 +8,7 @@ pub mod compare;
 pub mod devices;
 mod engine;
 pub mod flags;
+pub mod flags_post;
 pub mod info;
 pub mod interrupt;
 pub mod progress;

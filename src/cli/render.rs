@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 
 use super::flags::{DeviceArgs, EffortArgs, LightArgs, OutputArgs, ViewArgs};
+use super::flags_post::{LensArgs, PostArgs};
 use super::progress::{Limit, Progress, Status};
 use super::values::Aov;
 use super::{check_readable, engine, interrupt, print};
 use crate::error::{Error, Result};
-use crate::film::exr::RenderInfo;
+use crate::film::exr::{Metadata, RenderInfo};
 use crate::film::image::Picture;
 use crate::film::output::{Destination, Output};
 use crate::film::tonemap::ToneMap;
@@ -21,6 +22,7 @@ Examples:
   nephroid render cup.glb -o cup.exr -o cup.png --size 1920x1080 --time 10m
   nephroid render ring.gltf -o ring.exr --passes 256 --aov caustic,depth --seed 7
   nephroid render car.gltf -o car.png --environment sky.exr --exposure -1
+  nephroid render chess.glb -o chess.png --aperture f/2.8 --focus 0.4 --bloom 0.05
 
 Ctrl-C ends a render early and writes what is finished; a second Ctrl-C writes nothing.";
 
@@ -41,6 +43,9 @@ pub struct RenderArgs {
     /// What is seen.
     #[command(flatten)]
     pub view: ViewArgs,
+    /// Through which lens.
+    #[command(flatten)]
+    pub lens: LensArgs,
     /// How much is computed.
     #[command(flatten)]
     pub effort: EffortArgs,
@@ -50,6 +55,9 @@ pub struct RenderArgs {
     /// Where it is computed.
     #[command(flatten)]
     pub device: DeviceArgs,
+    /// What is done to the picture after it.
+    #[command(flatten)]
+    pub post: PostArgs,
 }
 
 /// A checked order to the renderer.
@@ -59,6 +67,10 @@ pub struct Request {
     pub scene: PathBuf,
     /// Size, camera, layers.
     pub view: ViewArgs,
+    /// Aperture and focus.
+    pub lens: LensArgs,
+    /// Passes over the finished picture.
+    pub post: PostArgs,
     /// Environment and kernel; the environment can be opened.
     pub light: LightArgs,
     /// Photons per pass, if the user has a wish.
@@ -80,6 +92,8 @@ pub struct Rendered {
     pub picture: Picture,
     /// Passes, time and device, for the metadata and the last line.
     pub info: RenderInfo,
+    /// More for the metadata: the lens and the passes after the film, where there are any.
+    pub notes: Metadata,
     /// Content of `--report`.
     pub report: serde_json::Value,
     /// Content of `--trace`, if it was wanted.
@@ -153,6 +167,8 @@ fn request(args: &RenderArgs) -> Result<Request> {
     Ok(Request {
         scene: args.scene.clone(),
         view,
+        lens: args.lens.clone(),
+        post: args.post.clone(),
         light: args.light.clone(),
         photons,
         seed,
@@ -190,8 +206,10 @@ fn write_files(files: &Files, rendered: &Rendered, args: &RenderArgs) -> Result<
     };
     if rendered.info.passes > 0 {
         let map = ToneMap { curve: args.output.tonemap, exposure: args.output.exposure };
-        let metadata = rendered.info.metadata();
-        files.pictures.iter().try_for_each(|output| output.write(&rendered.picture, &metadata, map))?;
+        let display = args.post.display(map);
+        let mut metadata = rendered.info.metadata();
+        metadata.extend(rendered.notes.clone());
+        files.pictures.iter().try_for_each(|output| output.write(&rendered.picture, &metadata, display))?;
     }
     if let Some(destination) = &files.report {
         text(destination, &format!("{:#}\n", rendered.report))?;
@@ -246,7 +264,8 @@ mod tests {
         let mut picture = Picture::new(1, 1);
         picture.push("", Channels::Rgb, vec![0.25; 3]);
         let info = RenderInfo { passes, seconds: 1.5, ..RenderInfo::default() };
-        Rendered { picture, info, report: serde_json::json!({ "passes": passes }), trace: Some("[]".into()) }
+        let report = serde_json::json!({ "passes": passes });
+        Rendered { picture, info, notes: Metadata::new(), report, trace: Some("[]".into()) }
     }
 
     fn names_in(folder: &tempfile::TempDir) -> Vec<String> {

@@ -1,8 +1,8 @@
 //! The film: sums of passes, pictures, their files, and the measures that compare them. No GPU.
 //!
 //! A picture travels one way: [`accumulate`] holds the sums of all passes, [`image`] the finished layers,
-//! [`exr`] and [`png`] encode them ([`tonemap`] for the latter), and [`output`] makes the files appear whole or
-//! not at all. [`metrics`] compares a picture with a reference.
+//! [`post`] changes them where it is asked to, [`exr`] and [`png`] encode them ([`tonemap`] for the latter), and
+//! [`output`] makes the files appear whole or not at all. [`metrics`] compares a picture with a reference.
 
 pub mod accumulate;
 pub mod exr;
@@ -10,4 +10,5 @@ pub mod image;
 pub mod metrics;
 pub mod output;
 pub mod png;
+pub mod post;
 pub mod tonemap;

@@ -14,7 +14,7 @@ use tempfile::NamedTempFile;
 use crate::error::{Error, Result};
 use crate::film::exr::Metadata;
 use crate::film::image::Picture;
-use crate::film::tonemap::ToneMap;
+use crate::film::post::display::Display;
 use crate::film::{exr, png};
 
 /// Temporary files that exist at the moment, for [`remove_unfinished`].
@@ -193,15 +193,16 @@ impl Output {
         self.format
     }
 
-    /// Writes the picture; `map` is for PNG only, `metadata` for EXR only.
+    /// Writes the picture; `display` (or a tone map alone) is for PNG only, `metadata` for EXR only.
     ///
     /// # Errors
     /// As [`Destination::write`] and the encoder.
-    pub fn write(&self, picture: &Picture, metadata: &Metadata, map: ToneMap) -> Result<()> {
+    pub fn write(&self, picture: &Picture, metadata: &Metadata, display: impl Into<Display>) -> Result<()> {
+        let display = display.into();
         let path = self.destination.path();
         self.destination.write(|sink| match self.format {
             Format::Exr => exr::write(sink, path, picture, metadata),
-            Format::Png => png::write(sink, path, picture, map),
+            Format::Png => png::write(sink, path, picture, display),
         })
     }
 }
@@ -210,6 +211,7 @@ impl Output {
 mod tests {
     use super::*;
     use crate::film::image::Channels;
+    use crate::film::tonemap::ToneMap;
 
     fn folder() -> tempfile::TempDir {
         tempfile::tempdir().expect("a temporary folder")

@@ -8,7 +8,7 @@ use ::image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::{Error, Result};
 use crate::film::image::Picture;
-use crate::film::tonemap::ToneMap;
+use crate::film::post::display::Display;
 
 /// The sRGB chunk with rendering intent 0 (perceptual), length and CRC included. The encoder cannot write it.
 const SRGB_CHUNK: &[u8; 13] = b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9";
@@ -16,13 +16,13 @@ const SRGB_CHUNK: &[u8; 13] = b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9";
 /// Where the first chunk after the header begins: signature 8, IHDR 4 + 4 + 13 + 4.
 const AFTER_HEADER: usize = 33;
 
-/// Writes the beauty layer. `path` only names the file in errors.
+/// Writes the beauty layer as `display` shows it; a tone map is a display, too. `path` only names the file in errors.
 ///
 /// # Errors
 /// [`Error::Usage`] if the picture has no beauty layer, [`Error::Io`] if `sink` fails or the format cannot hold it.
-pub fn write(mut sink: impl Write, path: &Path, picture: &Picture, map: ToneMap) -> Result<()> {
+pub fn write(mut sink: impl Write, path: &Path, picture: &Picture, display: impl Into<Display>) -> Result<()> {
     let beauty = picture.beauty().ok_or_else(|| Error::Usage("a PNG needs a picture with R, G and B".into()))?;
-    let bytes: Vec<u8> = beauty.data.chunks_exact(3).flat_map(|c| map.encode([c[0], c[1], c[2]])).collect();
+    let bytes = display.into().encode(beauty, picture.width);
     let mut encoded = Cursor::new(Vec::new());
     PngEncoder::new_with_quality(&mut encoded, CompressionType::Default, FilterType::Adaptive)
         .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
@@ -38,7 +38,7 @@ pub fn write(mut sink: impl Write, path: &Path, picture: &Picture, map: ToneMap)
 mod tests {
     use super::*;
     use crate::film::image::Channels;
-    use crate::film::tonemap::Curve;
+    use crate::film::tonemap::{Curve, ToneMap};
 
     const LINEAR: ToneMap = ToneMap { curve: Curve::Linear, exposure: 0.0 };
 

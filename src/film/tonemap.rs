@@ -41,9 +41,14 @@ impl ToneMap {
         mapped.map(|channel| channel.clamp(0.0, 1.0))
     }
 
+    /// A linear Rec.709 colour as sRGB-encoded display values in 0 ... 1.
+    pub fn display(self, color: [f32; 3]) -> [f32; 3] {
+        self.apply(color).map(srgb_from_linear)
+    }
+
     /// A linear Rec.709 colour as 8-bit sRGB.
     pub fn encode(self, color: [f32; 3]) -> [u8; 3] {
-        self.apply(color).map(|channel| (srgb_from_linear(channel) * 255.0).round() as u8)
+        self.display(color).map(|channel| (channel * 255.0).round() as u8)
     }
 }
 

@@ -107,7 +107,7 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSetti
         truncated: g.buffer("eye_truncated", 1),
     };
     g.fill(&mut result.truncated, 0);
-    let mut list = g.scope("eye generate", |g| generate(g, view, settings, &mut paths, &mut result));
+    let mut list = g.scope("eye generate", |g| generate(g, view, (variant, settings), &mut paths, &mut result));
     let bounces = if variant.glossy || variant.alpha_mask { settings.max_depth + 1 } else { 1 };
     for step in 0..bounces {
         let children = g.scope("eye bounce", |g| bounce(g, view, (variant, settings), &list, &mut paths, &mut result));
@@ -123,13 +123,13 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSetti
 fn generate(
     g: &mut Graph,
     (scene, camera): View<'_>,
-    settings: EyeSettings,
+    (variant, settings): (Variant, EyeSettings),
     paths: &mut Paths,
     result: &mut EyeHits,
 ) -> SlotList {
     let mut list = g.buffer("eye_first_list", settings.pixels);
     g.dispatch(
-        EyeGenerate,
+        EyeGenerate { lens: variant.lens },
         Grid::Threads(settings.pixels),
         (),
         EyeGenerateBindings {

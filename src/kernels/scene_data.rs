@@ -46,6 +46,8 @@ pub struct Variant {
     pub environment: bool,
     pub area_lights: bool,
     pub delta_lights: bool,
+    /// A thin lens instead of a pinhole.
+    pub lens: bool,
     /// Shading normals that differ from geometric ones.
     pub smooth_normals: bool,
     /// Whether a gathering surface reflects other than by Lambert's law, or has shading normals of its own.

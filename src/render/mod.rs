@@ -17,5 +17,5 @@ pub use crate::kernels::photon::Footprint;
 pub use estimator::Estimator;
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
-pub use settings::{Record, Settings};
+pub use settings::{Lens, Record, Settings};
 pub use upload::DeviceScene;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
 use super::memory::Memory;
 use super::pixels;
-use super::settings::Settings;
+use super::settings::{Lens, Settings};
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::film::image::{Channels, Picture};
@@ -13,7 +13,7 @@ use crate::graph::{Runtime, Timing};
 use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
 use crate::kernels::generated::Pass;
 use crate::kernels::photon::{COUNTERS, Emission};
-use crate::scene::Scene;
+use crate::scene::{Projection, Scene};
 
 /// Most deposits of one pass: 64 bytes each in one binding of the smallest allowed range, 128 MiB.
 const MOST_DEPOSITS: u32 = (1 << 21) - 1;
@@ -68,7 +68,7 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist, [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, [`Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
@@ -78,8 +78,10 @@ impl Session {
                 scene.cameras.len()
             )));
         }
+        check_lens(&scene, &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
+        device_scene.variant.lens |= settings.lens.is_some();
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
@@ -252,6 +254,25 @@ impl Session {
         }
         Ok(moments)
     }
+}
+
+/// A lens needs a perspective camera, and lengths that it can be computed with.
+fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
+    let Some(Lens { radius, focus }) = settings.lens else { return Ok(()) };
+    let camera = &scene.cameras[settings.camera];
+    if let Projection::Orthographic { .. } = camera.projection {
+        return Err(Error::Usage(format!(
+            "camera {} '{}' of {} is orthographic: a lens (depth of field) needs a perspective camera",
+            settings.camera,
+            camera.name,
+            scene.path.display()
+        )));
+    }
+    let usable = |x: f32| x.is_finite() && x > 0.0 && x.recip().is_finite();
+    if usable(focus) && usable(radius) {
+        return Ok(());
+    }
+    Err(Error::Usage(format!("a lens of radius {radius} focused at {focus}: both must be finite and positive")))
 }
 
 /// Layers in the order of the film's sums.

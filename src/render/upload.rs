@@ -204,6 +204,7 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
         environment: full || table.has_environment,
         area_lights: full || table.has_triangles,
         delta_lights: full || table.has_delta,
+        lens: full,
         smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, |_| true),
         gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
         gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, gathers),
@@ -266,5 +267,7 @@ pub(super) fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> C
         slots,
         first_pixel: 0,
         pixels: 0,
+        lens_radius: settings.lens.map_or(0.0, |lens| lens.radius),
+        inverse_focus: settings.lens.map_or(0.0, |lens| 1.0 / lens.focus),
     }
 }

@@ -9,6 +9,7 @@ mod differentials;
 mod exact;
 mod lab;
 mod lambert;
+mod lens;
 mod mirrors;
 mod specular;
 mod variants;
