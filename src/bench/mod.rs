@@ -6,11 +6,13 @@
 
 mod blobs;
 mod host_sort;
+mod photon_map;
 mod primitives;
 mod rays;
 mod scene;
 
 pub use blobs::blobs;
+pub use photon_map::{LEAF_SIZES, LeafTime, PhotonMapEffort, PhotonMapReport, footprint_area, photon_map};
 pub use primitives::primitives;
 pub use scene::{SceneReport, scene};
 

@@ -8,7 +8,7 @@ use crate::graph::{Executable, Graph, Input, Persistent, Plan, Readback, Runtime
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, FILM_FLOATS, FilmBuffers, LAYER_VECTORS, PassResult};
 use crate::kernels::gather;
-use crate::kernels::generated::Pass;
+use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, Emission};
 use crate::scene::Scene;
@@ -84,6 +84,8 @@ pub(super) struct Reports {
     pub eye_truncated: Vec<Readback<u32>>,
     /// What was gathered, where pairs are counted.
     pub gathered: Vec<Readback<[f32; 4]>>,
+    /// The deposits, where they are wanted.
+    pub photons: Option<Readback<Photon>>,
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
@@ -157,6 +159,7 @@ pub(super) fn plan(
         truncated: deposits.iter().flat_map(|d| &d.truncated).map(|count| g.readback(count)).collect(),
         eye_truncated,
         gathered: gathers,
+        photons: deposits.as_ref().filter(|_| settings.read_photons).map(|d| g.readback(&d.photons)),
     };
     let plan = g.plan().unwrap_or_else(|error| panic!("the frame is declared wrong: {error}"));
     (plan, pass, reports)

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::film::image::{Channels, Picture};
 use crate::graph::{Runtime, Timing};
 use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
-use crate::kernels::generated::Pass;
+use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
 use crate::scene::Scene;
 
@@ -160,6 +160,14 @@ impl Session {
             gathered.iter().enumerate().for_each(|(i, vector)| sums[i % 2] += vector[3] as u64);
         }
         sums
+    }
+
+    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`].
+    pub fn photons(&self) -> Vec<Photon> {
+        let Some(readback) = &self.frame.reports.photons else { return vec![] };
+        let mut photons = self.frame.executable.read(readback);
+        photons.truncate(self.first(self.frame.reports.deposits.as_ref()) as usize);
+        photons
     }
 
     /// The scene that is rendered.

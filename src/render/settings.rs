@@ -33,6 +33,8 @@ pub struct Settings {
     pub full_program: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
+    /// Brings the photons of each pass to the host ([`super::Session::photons`]): for measurements, slower.
+    pub read_photons: bool,
 }
 
 impl Default for Settings {
@@ -53,6 +55,7 @@ impl Default for Settings {
             leaf_photons: 8,
             full_program: false,
             count_pairs: false,
+            read_photons: false,
         }
     }
 }
