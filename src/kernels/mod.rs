@@ -5,6 +5,7 @@ pub mod compact;
 pub mod differentials;
 pub mod eye;
 pub mod film;
+pub mod footprint_area;
 pub mod gather;
 #[allow(clippy::all)]
 pub mod generated;

@@ -233,15 +233,16 @@ pub struct PhotonMap {
     pub photons: Buf<Photon>,
 }
 
-/// Builds the map.
+/// Builds the map on the device.
 pub fn map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options) -> PhotonMap {
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
-    let mut sorted = g.buffer("photons", deposits.photons.len());
-    g.dispatch(
-        PhotonSort,
-        Grid::Threads(sorted.len()),
-        (),
-        PhotonSortBindings { order: &tree.items, count: &tree.counts, photons: &deposits.photons, sorted: &mut sorted },
-    );
+    sorted(g, &deposits.photons, tree)
+}
+
+/// The map of a tree over the boxes of `photons`.
+pub fn sorted(g: &mut Graph, photons: &Buf<Photon>, tree: lbvh::Lbvh) -> PhotonMap {
+    let mut sorted = g.buffer("photons", photons.len());
+    let bind = PhotonSortBindings { order: &tree.items, count: &tree.counts, photons, sorted: &mut sorted };
+    g.dispatch(PhotonSort, Grid::Threads(photons.len()), (), bind);
     PhotonMap { tree, photons: sorted }
 }

@@ -1,0 +1,68 @@
+//! A photon map that the host builds between the two halves of a pass: photons go out, nodes and order come back.
+
+use std::time::Instant;
+
+use super::memory::Memory;
+use crate::error::Result;
+use crate::graph::{Buf, Graph, Persistent, Readback, Runtime};
+use crate::kernels::generated::{Aabb, BvhNode, Photon};
+use crate::kernels::lbvh::Lbvh;
+use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::kernels::vvh;
+
+/// What both halves share.
+pub(super) struct HostMap {
+    photons: Persistent<Photon>,
+    nodes: Persistent<BvhNode>,
+    items: Persistent<u32>,
+    counts: Persistent<u32>,
+}
+
+impl HostMap {
+    /// Memory for `capacity` photons.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::OutOfMemory`] where it does not fit.
+    pub fn new(memory: Memory<'_>, capacity: u32) -> Result<Self> {
+        Ok(Self {
+            photons: memory.zeroed("stored_photons", capacity)?,
+            nodes: memory.zeroed("host_nodes", capacity.max(2) - 1)?,
+            items: memory.zeroed("host_items", capacity)?,
+            counts: memory.zeroed("host_counts", 3)?,
+        })
+    }
+
+    /// The end of the first half: keeps the photons and brings their boxes to the host.
+    pub fn store(&self, g: &mut Graph, deposits: &Deposits) -> Readback<Aabb> {
+        let mut photons = g.import(&self.photons);
+        g.copy(&deposits.photons, &mut photons);
+        g.keep(&photons);
+        g.readback(&deposits.boxes)
+    }
+
+    /// Between the halves: builds the tree over `boxes` with leaves of at most `leaf_items`; returns the seconds it took.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn build(&self, runtime: &Runtime, boxes: &[Aabb], leaf_items: u32) -> Result<f64> {
+        let begin = Instant::now();
+        let tree = vvh::build(boxes, leaf_items);
+        runtime.overwrite(&self.nodes, &tree.nodes)?;
+        runtime.overwrite(&self.items, &tree.items)?;
+        let counts = [tree.items.len() as u32, tree.degenerate, tree.nodes.len() as u32];
+        runtime.overwrite(&self.counts, &counts)?;
+        Ok(begin.elapsed().as_secs_f64())
+    }
+
+    /// The start of the second half: the photons in the order of the tree's leaves.
+    pub fn map(&self, g: &mut Graph) -> PhotonMap {
+        let tree = Lbvh { nodes: g.import(&self.nodes), items: g.import(&self.items), counts: g.import(&self.counts) };
+        let photons: Buf<Photon> = g.import(&self.photons);
+        photon::sorted(g, &photons, tree)
+    }
+
+    /// Size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.photons.bytes() + self.nodes.bytes() + self.items.bytes() + self.counts.bytes()
+    }
+}
