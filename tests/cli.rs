@@ -53,7 +53,7 @@ fn usage_errors_exit_with_1() {
         ("render scene.glb -o out.exr --passes 0", "greater than 0"),
         ("render scene.glb -o out.exr --photons -5", "greater than 0"),
         ("render scene.glb -o out.exr --time -5", "expected a time"),
-        ("render scene.glb -o out.exr --kernel gauss", "[possible values: constant, epanechnikov]"),
+        ("render scene.glb -o out.exr --kernel gauss", "[possible values: constant, cone, epanechnikov]"),
         ("render scene.glb -o out.exr --aov albedo,colour", "'colour'"),
         ("render scene.glb -o out.exr --exposure bright", "expected stops"),
         ("render scene.glb -o out.jpg", "must end in .exr or .png"),

@@ -8,6 +8,9 @@
 const float ALPHA_SMOOTH = 1e-3; // below it GGX and the mirror agree to float precision of the half vector
 const float ALPHA_GATHER = 0.1;  // above it a glossy lobe is wide enough for density estimation
 
+// Gathered glossy lobes after Blinn and Phong instead of GGX, for comparison with Mara, Luebke and McGuire 2013.
+layout(constant_id = 15) const bool BLINN_PHONG = false;
+
 struct Surface {
     vec3 position;
     vec3 geometric;   // geometric normal towards the incoming ray's origin
@@ -78,6 +81,14 @@ float ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
     return ggx_d(clamp(dot(n, h), 0.0, 1.0), alpha) * g / (4.0 * n_o * n_i);
 }
 
+// Normalised Blinn-Phong lobe without its Fresnel factor: (8 + s) / (8 pi) (n.h)^s (Mara, Luebke and McGuire 2013,
+// equation 6), with the exponent s = 2 / alpha^2 - 2 whose lobe has the width of GGX's (Walter et al. 2007, section 5.2).
+float blinn_phong_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
+    float exponent = max(2.0 / (alpha * alpha) - 2.0, 0.0);
+    float n_h = clamp(dot(n, normalize(wo + wi)), 0.0, 1.0);
+    return (8.0 + exponent) / (8.0 * PI) * (n_h > 0.0 ? pow(n_h, exponent) : (exponent > 0.0 ? 0.0 : 1.0));
+}
+
 bool is_lambert(Surface s) {
     return s.f90 == 0.0 && s.f0 == vec3(0.0);
 }
@@ -106,8 +117,11 @@ vec3 gathered_bsdf(Surface s, vec3 wo, vec3 wi) {
     if (n_o <= 0.0 || n_i <= 0.0) return vec3(0.0);
     float cosine = abs(dot(normalize(wo + wi), wi));
     vec3 fresnel = fresnel_schlick(s.f0, s.f90, cosine);
-    vec3 f = s.diffuse * (1.0 - fresnel) / PI;
-    if (has_gathered_glossy(s)) f += fresnel * ggx_reflection(s.shading, wo, wi, s.alpha);
+    // The paper's model adds the lobes without taking from the diffuse one what the coat reflects.
+    vec3 f = s.diffuse * (BLINN_PHONG ? vec3(1.0) : 1.0 - fresnel) / PI;
+    if (has_gathered_glossy(s)) {
+        f += fresnel * (BLINN_PHONG ? blinn_phong_reflection(s.shading, wo, wi, s.alpha) : ggx_reflection(s.shading, wo, wi, s.alpha));
+    }
     return f;
 }
 

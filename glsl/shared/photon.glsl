@@ -10,6 +10,11 @@ const uint PATH_DEPTH_MASK = 0xffu;
 const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
 const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
 
+// Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
+const uint EYE_HIT_BENT = 0x80000000u;
+// In w of a slot's gathered light: the estimator gave up, because its loops would have become too long for the driver.
+const float UNFINISHED = -1.0;
+
 // A material beyond the bits is not remembered: the back of its boundary still names it (see `leaving`).
 uint path_medium(uint material) {
     return material < PATH_MEDIUM_MASK ? material + 1u : 0u;
@@ -28,7 +33,8 @@ struct Photon {
 
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
-//   c: throughput, GGX alpha (negative: glass)  d: octahedral direction to the eye, F0 and F90 as halves, triangle
+//   c: throughput, GGX alpha (negative: glass)
+//   d: octahedral direction to the eye, F0 and F90 as halves, triangle and EYE_HIT_BENT
 struct EyeHit {
     uvec4 a;
     uvec4 b;

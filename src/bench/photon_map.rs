@@ -77,7 +77,7 @@ pub fn photon_map(
     let mut sessions = Vec::new();
     for leaf in LEAF_SIZES {
         begin(&format!("preparing leaves of {leaf}"));
-        let settings = Settings { leaf_photons: leaf, ..settings.clone() };
+        let settings = Settings { leaf_photons: Some(leaf), ..settings.clone() };
         let mut session = Session::new(runtime, scene.clone(), settings)?;
         session.run_pass(0)?;
         sessions.push((leaf, session, vec![]));

@@ -5,12 +5,12 @@ use std::time::Instant;
 use super::flags::DeviceArgs;
 use super::progress::Status;
 use super::render::{Rendered, Request, Watch};
-use super::values::{Aov, Kernel, choose_camera};
+use super::values::{Aov, Bsdf, FootprintRule, choose_camera};
 use crate::error::Result;
 use crate::film::exr::RenderInfo;
 use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing, chrome_trace};
-use crate::render::{Session, Settings};
+use crate::render::{Footprint, Session, Settings};
 use crate::scene::{self, Limits, Scene};
 use crate::vk::{Device, DeviceOptions};
 
@@ -77,12 +77,31 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         camera: choose_camera(&request.view.camera, &names)?,
         seed: (request.seed ^ (request.seed >> 32)) as u32,
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
-        epanechnikov: request.light.kernel == Kernel::Epanechnikov,
+        estimator: request.light.estimator,
+        photon_build: request.light.photon_build,
+        weight: request.light.kernel,
+        footprint: footprint(request.light.footprint, scene),
+        blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
         layers: !request.view.aov.is_empty(),
         caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),
         global_smoothing: request.light.global_smoothing.unwrap_or(defaults.global_smoothing),
         ..defaults
     })
+}
+
+/// Smallest and largest radius of `--footprint density` in scene radii: the range that differentials mostly give.
+const DENSITY_RADII: [f32; 2] = [0.002, 0.02];
+
+fn footprint(rule: FootprintRule, scene: &Scene) -> Footprint {
+    match rule {
+        FootprintRule::Differential => Footprint::Differential,
+        FootprintRule::Fixed(radius) => Footprint::Fixed(radius),
+        FootprintRule::Density(Some((min, max))) => Footprint::Density { min, max },
+        FootprintRule::Density(None) => {
+            let [min, max] = DENSITY_RADII.map(|r| r * scene.bounds().map_or(1.0, |b| b.radius()));
+            Footprint::Density { min, max }
+        }
+    }
 }
 
 fn finish(request: &Request, session: &Session, runtime: &Runtime, measured: Measured) -> Result<Rendered> {
@@ -126,6 +145,7 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
         "values_not_finite": statistics.rejected,
         "guards": counters,
         "kept": needs.kept(), "left_out": needs.left_out(),
+        "leaf_photons": session.leaf_photons(),
         "plan_passes": session.plan_passes(),
         "bytes": {
             "device_peak": memory.peak,

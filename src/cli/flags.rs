@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::values::{self, Aov, Kernel, Size};
+use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
+use crate::render::{Estimator, PhotonBuild, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -86,15 +87,33 @@ pub struct LightArgs {
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
 
-    /// Weight of photons within their footprint
-    #[arg(long, value_name = "KERNEL", value_enum, default_value = "epanechnikov")]
-    pub kernel: Kernel,
+    /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on the device]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub estimator: Option<Estimator>,
 
-    /// Footprint size of caustic photons, in photon spacings of the first pass: larger is smoother [default: 3]
+    /// Who builds the photon map of the estimator `bvh`; the picture is the same up to rounding
+    #[arg(long, value_name = "BUILDER", value_enum, default_value_t, hide_short_help = true)]
+    pub photon_build: PhotonBuild,
+
+    /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
+    /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene
+    /// units that never shrink: blurred for ever)
+    #[arg(long, value_name = "RULE", default_value = "differential", value_parser = values::footprint)]
+    pub footprint: values::FootprintRule,
+
+    /// Weight of photons within their footprint
+    #[arg(long, value_name = "KERNEL", value_enum, default_value_t)]
+    pub kernel: Weight,
+
+    /// Model of rough glossy surfaces where light is gathered
+    #[arg(long, value_name = "MODEL", value_enum, default_value = "ggx", hide_short_help = true)]
+    pub bsdf: Bsdf,
+
+    /// Footprint size of caustic photons, in photon spacings of the first pass: larger is smoother [default: 1.5]
     #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub caustic_smoothing: Option<f32>,
 
-    /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 4]
+    /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 2]
     #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub global_smoothing: Option<f32>,
 }

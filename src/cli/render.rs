@@ -215,10 +215,11 @@ fn last_line(files: &Files, rendered: &Rendered) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::values::{Kernel, Size};
+    use crate::cli::values::Size;
     use crate::film::exr;
     use crate::film::image::Channels;
     use crate::film::tonemap::Curve;
+    use crate::render::Weight;
     use clap::Parser;
     use std::fs;
 
@@ -268,7 +269,7 @@ mod tests {
         assert_eq!((request.photons, request.seed), (Some(250_000), 9));
         assert_eq!((request.view.size, request.view.camera.as_str()), (Size { width: 32, height: 16 }, "side"));
         assert_eq!(request.view.aov, [Aov::Albedo, Aov::Depth]);
-        assert_eq!((request.light.kernel, request.light.environment), (Kernel::Constant, None));
+        assert_eq!((request.light.kernel, request.light.environment), (Weight::Constant, None));
         assert_eq!((request.device.device.as_deref(), request.device.validate), (Some("cpu"), true));
         assert!(!request.wants_trace);
     }

@@ -5,6 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
+use crate::render::{Estimator, PhotonBuild, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,13 +117,86 @@ pub fn choose_camera(wanted: &str, names: &[&str]) -> Result<usize> {
     })
 }
 
-/// Kernel of the density estimate.
+/// Model of gathered glossy lobes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kernel {
-    /// Equal weight within the footprint: sharper, noisier
-    Constant,
-    /// Weight falls towards the rim: smoother
-    Epanechnikov,
+pub enum Bsdf {
+    /// Microfacets as glTF describes them
+    Ggx,
+    /// Normalised Blinn-Phong with a full diffuse lobe (Mara, Luebke and McGuire 2013): for comparisons; can gain energy
+    BlinnPhong,
+}
+
+/// `--footprint`; the radii of `density` without numbers follow from the size of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FootprintRule {
+    /// By photon differentials.
+    Differential,
+    /// By path density, between two radii in scene units.
+    Density(Option<(f32, f32)>),
+    /// One radius in scene units.
+    Fixed(f32),
+}
+
+/// Parses `differential`, `density`, `density:0.01:0.1`, `fixed:0.05`.
+pub fn footprint(text: &str) -> std::result::Result<FootprintRule, String> {
+    let expected =
+        || "expected differential, density, density:MIN:MAX or fixed:RADIUS, for example fixed:0.05".to_owned();
+    let radius = |text: &str| text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite()).ok_or_else(expected);
+    let parts: Vec<&str> = text.split(':').collect();
+    match parts[..] {
+        ["differential"] => Ok(FootprintRule::Differential),
+        ["density"] => Ok(FootprintRule::Density(None)),
+        ["density", min, max] => {
+            let (min, max) = (radius(min)?, radius(max)?);
+            if min <= max {
+                Ok(FootprintRule::Density(Some((min, max))))
+            } else {
+                Err("MIN is greater than MAX".into())
+            }
+        }
+        ["fixed", r] => Ok(FootprintRule::Fixed(radius(r)?)),
+        _ => Err(expected()),
+    }
+}
+
+impl ValueEnum for Weight {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Constant, Self::Cone, Self::Epanechnikov]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Constant => {
+                PossibleValue::new("constant").help("Equal weight within the footprint: sharper, noisier")
+            }
+            Self::Cone => PossibleValue::new("cone").help("Equal weight with a soft rim"),
+            Self::Epanechnikov => PossibleValue::new("epanechnikov").help("Weight falls towards the rim: smoother"),
+        })
+    }
+}
+
+impl ValueEnum for PhotonBuild {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Linear, Self::Vvh]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Linear => PossibleValue::new("linear").help("Morton order, on the device: built quickly"),
+            Self::Vvh => PossibleValue::new("vvh")
+                .help("Voxel volume heuristic, on the host: built slowly, gathers faster; for comparisons"),
+        })
+    }
+}
+
+impl ValueEnum for Estimator {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(self.help()))
+    }
 }
 
 /// Additional layers of the EXR.
@@ -239,6 +313,19 @@ mod tests {
         assert_eq!(smoothing("2.5"), Ok(2.5));
         for bad in ["", "0", "-1", "nan", "inf", "101", "x"] {
             assert!(smoothing(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn footprints() {
+        assert_eq!(footprint("differential"), Ok(FootprintRule::Differential));
+        assert_eq!(footprint("density"), Ok(FootprintRule::Density(None)));
+        assert_eq!(footprint("density:0.1:2"), Ok(FootprintRule::Density(Some((0.1, 2.0)))));
+        assert_eq!(footprint("fixed:0.05"), Ok(FootprintRule::Fixed(0.05)));
+        for bad in
+            ["", "fixed", "fixed:0", "fixed:-1", "fixed:nan", "fixed:inf", "density:1", "density:2:1", "fixed:1:2"]
+        {
+            assert!(footprint(bad).is_err(), "{bad}");
         }
     }
 

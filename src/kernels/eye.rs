@@ -247,6 +247,7 @@ pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, samples: u32
         environment: v.environment,
         area_lights: v.area_lights,
         delta_lights: v.delta_lights,
+        blinn_phong: v.blinn_phong,
         shading_stride: v.shading_stride,
         uv0_at: v.uv0_at,
         uv1_at: v.uv1_at,

@@ -5,7 +5,6 @@ pub mod compact;
 pub mod differentials;
 pub mod eye;
 pub mod film;
-pub mod footprint_area;
 pub mod gather;
 #[allow(clippy::all)]
 pub mod generated;

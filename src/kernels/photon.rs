@@ -34,6 +34,37 @@ pub struct Emission {
     pub smoothing: f32,
     /// Surfaces that a photon may meet.
     pub max_bounces: u32,
+    /// How large footprints are.
+    pub footprint: Footprint,
+}
+
+/// How large the footprints of photons are.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Footprint {
+    /// Ellipses by photon differentials (Fabianowski and Dingliana 2009).
+    #[default]
+    Differential,
+    /// Discs between two radii [scene units, at the first pass] by the density of the photon's path (Mara, Luebke and McGuire 2013, equations 4
+    /// and 5): small after mirrors and glass, large after diffuse surfaces.
+    Density {
+        /// After smooth surfaces only.
+        min: f32,
+        /// After diffuse ones.
+        max: f32,
+    },
+    /// Discs of this radius [scene units] in every pass: blurred however many passes there are, for comparisons.
+    Fixed(f32),
+}
+
+impl Footprint {
+    /// FOOTPRINT_* of photon_bounce.comp, smallest and largest radius.
+    fn code(self) -> (u32, f32, f32) {
+        match self {
+            Self::Differential => (0, 0.0, 0.0),
+            Self::Density { min, max } => (1, min, max),
+            Self::Fixed(radius) => (2, radius, radius),
+        }
+    }
 }
 
 /// Deposits of all classes, in order of emission class, bounce and photon.
@@ -146,6 +177,7 @@ fn bounce(
     let n = emission.count;
     let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
     let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", n));
+    let (footprint, radius_min, radius_max) = emission.footprint.code();
     let kernel = PhotonBounce {
         textures: v.textures,
         normal_maps: v.normal_maps,
@@ -160,6 +192,7 @@ fn bounce(
         color_at: v.color_at,
         tangent_at: v.tangent_at,
         caustic: emission.caustic,
+        footprint,
     };
     let bind = PhotonBounceBindings {
         triangles: &scene.triangles,
@@ -182,7 +215,7 @@ fn bounce(
         pending_boxes: &mut boxes,
         counters: &mut deposits.counters,
     };
-    let params = PhotonBounceParams { smoothing: emission.smoothing, bounce: step };
+    let params = PhotonBounceParams { smoothing: emission.smoothing, bounce: step, radius_min, radius_max };
     g.dispatch(kernel, Grid::Indirect(&list.args), params, bind);
     append(g, list, &stored, (&pending, &boxes), deposits);
     SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n)

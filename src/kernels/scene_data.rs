@@ -51,6 +51,8 @@ pub struct Variant {
     /// Whether a gathering surface reflects other than by Lambert's law, or has shading normals of its own.
     pub gathers_glossy: bool,
     pub gathers_smooth: bool,
+    /// Gathered glossy lobes after Blinn and Phong instead of GGX: a wish of the settings, not a need of the scene.
+    pub blinn_phong: bool,
     /// Vectors of [`SceneBuffers::shading_data`] per triangle.
     pub shading_stride: u32,
     /// Where each attribute begins in a triangle's vectors; 0 if absent.

@@ -1,10 +1,8 @@
 //! A photon map that the host builds between the two halves of a pass: photons go out, nodes and order come back.
 
-use std::time::Instant;
-
 use super::memory::Memory;
 use crate::error::Result;
-use crate::graph::{Buf, Graph, Persistent, Readback, Runtime};
+use crate::graph::{Graph, Persistent, Readback, Runtime};
 use crate::kernels::generated::{Aabb, BvhNode, Photon};
 use crate::kernels::lbvh::Lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
@@ -40,25 +38,24 @@ impl HostMap {
         g.readback(&deposits.boxes)
     }
 
-    /// Between the halves: builds the tree over `boxes` with leaves of at most `leaf_items`; returns the seconds it took.
+    /// Between the halves: builds the tree over `boxes` with leaves of at most `leaf_items`.
     ///
     /// # Errors
     /// Those of the device.
-    pub fn build(&self, runtime: &Runtime, boxes: &[Aabb], leaf_items: u32) -> Result<f64> {
-        let begin = Instant::now();
+    pub fn build(&self, runtime: &Runtime, boxes: &[Aabb], leaf_items: u32) -> Result<()> {
         let tree = vvh::build(boxes, leaf_items);
         runtime.overwrite(&self.nodes, &tree.nodes)?;
         runtime.overwrite(&self.items, &tree.items)?;
         let counts = [tree.items.len() as u32, tree.degenerate, tree.nodes.len() as u32];
-        runtime.overwrite(&self.counts, &counts)?;
-        Ok(begin.elapsed().as_secs_f64())
+        runtime.overwrite(&self.counts, &counts)
     }
 
-    /// The start of the second half: the photons in the order of the tree's leaves.
-    pub fn map(&self, g: &mut Graph) -> PhotonMap {
+    /// The start of the second half: the photons as they were stored, and in the order of the tree's leaves.
+    pub fn map(&self, g: &mut Graph) -> (Deposits, PhotonMap) {
         let tree = Lbvh { nodes: g.import(&self.nodes), items: g.import(&self.items), counts: g.import(&self.counts) };
-        let photons: Buf<Photon> = g.import(&self.photons);
-        photon::sorted(g, &photons, tree)
+        let deposits = Deposits { photons: g.import(&self.photons), ..Deposits::new(g, 1) };
+        let map = photon::sorted(g, &deposits.photons, tree);
+        (deposits, map)
     }
 
     /// Size in bytes.

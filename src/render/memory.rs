@@ -40,11 +40,11 @@ impl Memory<'_> {
         }
     }
 
-    /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
-    pub fn fences(&self) -> bool {
+    /// Loop iterations that the driver runs in an invocation, if it ends loops.
+    pub fn loop_limit(&self) -> Option<u32> {
         match self {
-            Self::Device(runtime) => runtime.device().loop_limit().is_none(),
-            Self::Nowhere(_) => true,
+            Self::Device(runtime) => runtime.device().loop_limit(),
+            Self::Nowhere(_) => None,
         }
     }
 

@@ -1,17 +1,25 @@
 //! Rendering: the scene on the device, the pass list of a frame, and the session that runs passes.
 
 mod casters;
+mod estimator;
 mod frame;
+mod host_map;
+mod leaf_size;
 mod lights;
 mod memory;
 mod outline;
 mod pixels;
+mod recording;
 mod session;
 mod settings;
 mod shading;
 mod upload;
 
+pub use crate::kernels::gather::Weight;
+pub use crate::kernels::photon::Footprint;
+pub use estimator::Estimator;
+pub use leaf_size::{automatic as automatic_leaf, coverage};
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
-pub use settings::Settings;
+pub use settings::{PhotonBuild, Settings};
 pub use upload::DeviceScene;

@@ -2,9 +2,12 @@
 
 use std::time::Instant;
 
-use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::estimator::Estimator;
+use super::frame::{Content, FilmState, PhotonBudget, slots_per_pixel};
+use super::leaf_size;
 use super::memory::Memory;
 use super::pixels;
+use super::recording::Recording;
 use super::settings::Settings;
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
@@ -60,7 +63,7 @@ pub struct Session {
     settings: Settings,
     budget: PhotonBudget,
     state: FilmState,
-    frame: Frame,
+    frame: Recording,
     statistics: Statistics,
 }
 
@@ -69,7 +72,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::Usage`] for a camera that does not exist, [`Error::OutOfMemory`] for what does not fit the device.
-    pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
+    pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
                 "camera {} of {}: there are {}",
@@ -78,10 +81,17 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        let device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        device_scene.variant.blinn_phong = settings.blinn_phong;
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
-        let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
+        let content = Content { scene: &scene, device: &device_scene, settings: &settings };
+        let has_tree = !budget.emissions.is_empty() && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
+        if settings.leaf_photons.is_none() && has_tree {
+            settings.leaf_photons = Some(leaf_size::automatic(leaf_size::survey(runtime, content, &budget)?));
+        }
+        let content = Content { scene: &scene, device: &device_scene, settings: &settings };
+        let frame = Recording::new(runtime, content, &budget, &state)?;
         let statistics =
             Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
         Ok(Self { runtime: runtime.clone(), scene, device_scene, settings, budget, state, frame, statistics })
@@ -98,9 +108,7 @@ impl Session {
             reserved: 0,
         };
         loop {
-            self.frame.executable.write(&self.frame.pass, &[pass]);
-            self.frame.executable.run()?;
-            let overflow = self.first(self.frame.reports.overflow.as_ref());
+            let overflow = self.frame.run(pass)?;
             if overflow == 0 {
                 break;
             }
@@ -108,10 +116,6 @@ impl Session {
         }
         self.count(start);
         Ok(Outcome::Added)
-    }
-
-    fn first(&self, readback: Option<&crate::graph::Readback<u32>>) -> u64 {
-        readback.map_or(0, |r| u64::from(self.frame.executable.read(r)[0]))
     }
 
     /// Makes room for deposits that did not fit; the pass was not added and is repeated.
@@ -126,18 +130,16 @@ impl Session {
         }
         self.statistics.repeated += 1;
         self.budget.capacity = wanted as u32;
-        let content = (&self.scene, &self.device_scene);
-        self.frame = Frame::new(&self.runtime, content, &self.settings, &self.budget, &self.state)?;
+        let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
+        self.frame = Recording::new(&self.runtime, content, &self.budget, &self.state)?;
         Ok(())
     }
 
     fn count(&mut self, start: Instant) {
-        let reports = &self.frame.reports;
-        let sum = |list: &[crate::graph::Readback<u32>]| list.iter().map(|r| self.first(Some(r))).sum::<u64>();
-        let (photons_truncated, eye_truncated) = (sum(&reports.truncated), sum(&reports.eye_truncated));
-        let deposits = self.first(reports.deposits.as_ref());
-        let counters = reports.counters.as_ref().map(|r| self.frame.executable.read(r)).unwrap_or_default();
-        let pairs = self.pairs();
+        let (photons_truncated, eye_truncated) =
+            (self.frame.sum(|r| &r.truncated), self.frame.sum(|r| &r.eye_truncated));
+        let deposits = self.frame.first(|r| r.deposits.as_ref());
+        let (counters, pairs) = (self.frame.counters(), self.frame.pairs());
         let s = &mut self.statistics;
         s.pairs_tested += pairs[0];
         s.pairs_accepted += pairs[1];
@@ -152,22 +154,14 @@ impl Session {
         s.seconds += start.elapsed().as_secs_f64();
     }
 
-    /// Tested and accepted pairs of the last pass.
-    fn pairs(&self) -> [u64; 2] {
-        let mut sums = [0, 0];
-        for readback in &self.frame.reports.gathered {
-            let gathered = self.frame.executable.read(readback);
-            gathered.iter().enumerate().for_each(|(i, vector)| sums[i % 2] += vector[3] as u64);
-        }
-        sums
-    }
-
     /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`].
     pub fn photons(&self) -> Vec<Photon> {
-        let Some(readback) = &self.frame.reports.photons else { return vec![] };
-        let mut photons = self.frame.executable.read(readback);
-        photons.truncate(self.first(self.frame.reports.deposits.as_ref()) as usize);
-        photons
+        self.frame.photons()
+    }
+
+    /// Photons in a leaf of the photon map at most, as given or as chosen; `None` where there is no such map.
+    pub fn leaf_photons(&self) -> Option<u32> {
+        self.settings.leaf_photons
     }
 
     /// The scene that is rendered.
@@ -188,7 +182,7 @@ impl Session {
 
     /// Times of the scopes of the last pass.
     pub fn timings(&self) -> Vec<Timing> {
-        self.frame.executable.timings()
+        self.frame.timings()
     }
 
     /// The plan of a pass as text.
@@ -203,7 +197,7 @@ impl Session {
 
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
-        self.frame.executable.device_bytes()
+        self.frame.device_bytes()
     }
 
     /// Counts so far.
@@ -306,6 +300,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
         caustic: false,
         smoothing: settings.global_smoothing,
         max_bounces: settings.photon_bounces,
+        footprint: settings.footprint,
     };
     let caustic_count = total / 2;
     let emissions = if device.caster_count > 0 && caustic_count > 0 {
@@ -314,6 +309,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
             caustic: true,
             smoothing: settings.caustic_smoothing,
             max_bounces: settings.photon_bounces.min(settings.eye_depth),
+            footprint: settings.footprint,
         };
         vec![caustic, global(total - caustic_count)]
     } else {

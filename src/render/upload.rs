@@ -43,6 +43,8 @@ pub struct DeviceScene {
     pub skipped_triangles: u32,
     /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
     pub(super) fences: bool,
+    /// Loop iterations that the driver runs in an invocation, if it ends loops.
+    pub(super) loop_limit: Option<u32>,
     /// What kind of device it is.
     pub(super) lanes: Lanes,
     /// Bytes on the device.
@@ -111,7 +113,8 @@ impl DeviceScene {
             caster_count: casters.len() as u32,
             triangle_count: triangles.len() as u32,
             skipped_triangles: bvh.skipped,
-            fences: memory.fences(),
+            fences: memory.loop_limit().is_none(),
+            loop_limit: memory.loop_limit(),
             lanes: memory.lanes(),
             bytes: 0,
         };
@@ -203,6 +206,7 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
         smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, |_| true),
         gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
         gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, gathers),
+        blinn_phong: false,
         shading_stride: 3,
         uv0_at: 0,
         uv1_at: 0,

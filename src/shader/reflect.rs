@@ -64,12 +64,13 @@ fn without_logic(words: &[u32]) -> Vec<u32> {
     const OP_CONSTANT: u32 = 43;
     const OP_SPEC_CONSTANT_OP: u32 = 52;
     const SELECT: u32 = 169;
-    const LOGICAL_EQUAL_TO_NOT: std::ops::RangeInclusive<u32> = 164..=168;
+    // Logic and comparisons: OpLogicalEqual to OpFUnordGreaterThanEqual without OpSelect.
+    let truth = |operation: u32| operation != SELECT && (164..=191).contains(&operation);
     let mut plain = words[..words.len().min(5)].to_vec();
     for (op, operands) in instructions(words) {
         let head = ((operands.len() as u32 + 1) << 16) | op;
         match operands {
-            [ty, result, operation, ..] if op == OP_SPEC_CONSTANT_OP && LOGICAL_EQUAL_TO_NOT.contains(operation) => {
+            [ty, result, operation, ..] if op == OP_SPEC_CONSTANT_OP && truth(*operation) => {
                 plain.extend([(3 << 16) | OP_CONSTANT_TRUE, *ty, *result]);
             }
             [ty, result, SELECT, ..] if op == OP_SPEC_CONSTANT_OP => {

@@ -59,6 +59,11 @@ impl Harness {
         self.runtime.device().loop_limit().is_none()
     }
 
+    /// Loop iterations that the driver runs in an invocation, if it ends loops.
+    pub fn loop_limit(&self) -> Option<u32> {
+        self.runtime.device().loop_limit()
+    }
+
     /// Memory with content.
     pub fn input<T: Pod>(&self, data: &[T]) -> Persistent<T> {
         self.runtime.persistent_from("test input", data).expect("memory for an input")

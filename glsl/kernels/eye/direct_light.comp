@@ -39,7 +39,7 @@ vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, u
         f = through * gathered_bsdf(s, to_eye, l.to_light);
         if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
     }
-    BvhTriangle corners = triangles[hit.d.w];
+    BvhTriangle corners = triangles[hit.d.w & ~EYE_HIT_BENT];
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
     vec3 origin = offset_point(s.position, e1, e2, l.to_light);
     return trace_any(origin, l.target - origin, 1.0) ? vec3(0.0) : f * l.weight * cosine;

@@ -50,6 +50,7 @@ void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
     aov_first[at + 6u] = depth;
 }
 
+// `triangle` with EYE_HIT_BENT where it applies.
 void store_hit(uint slot, uint triangle, Surface s, vec3 to_eye, vec3 weight) {
     EyeHit h;
     h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
@@ -65,12 +66,13 @@ struct Child {
     vec3 weight;      // factor on the throughput
     float importance; // luminance of throughput times weight; 0: absent
     uint medium;
+    bool bent;        // goes on in another direction
 };
 
 // Reflection from, and transmission through, the followed lobes.
 void follow(Surface s, vec3 d, vec3 through, uint medium, vec2 u, out Child reflected, out Child transmitted) {
-    reflected = Child(vec3(0.0), vec3(0.0), 0.0, medium);
-    transmitted = Child(vec3(0.0), vec3(0.0), 0.0, medium);
+    reflected = Child(vec3(0.0), vec3(0.0), 0.0, medium, true);
+    transmitted = Child(vec3(0.0), vec3(0.0), 0.0, medium, true);
     bool glass = GLASS && max_component(s.transmission) > 0.0;
     bool glossy = s.alpha < ALPHA_GATHER && (glass || has_followed_glossy(s));
     if (!glass && !glossy) return;
@@ -104,7 +106,7 @@ void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through
     rays[2u * slot + 1u] = vec4(c.direction, 0.0);
     throughput[slot] = vec4(through * c.weight, float(slots));
     uint depth = ((state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK) + 1u;
-    states[slot] = c.medium | (depth << PATH_DEPTH_SHIFT);
+    states[slot] = c.medium | (depth << PATH_DEPTH_SHIFT) | (c.bent ? PATH_SPECULAR : state & PATH_SPECULAR);
     child_flags[2u * j + which] = 1u;
     child_slots[2u * j + which] = slot;
 }
@@ -131,6 +133,7 @@ void main() {
     }
     Facet facet;
     Surface s = load_surface(hit, d, facet);
+    uint seen = hit.triangle | ((state & PATH_SPECULAR) != 0u ? EYE_HIT_BENT : 0u);
     uint medium = state & PATH_MEDIUM_MASK;
     if (ABSORPTION) {
         // The back of a volume's boundary was reached from inside of it, whatever the path knows of its past.
@@ -138,7 +141,7 @@ void main() {
         uint inside = leaving ? s.material + 1u : medium;
         if (inside != 0u) through *= exp(-materials[inside - 1u].absorption * hit.t);
     }
-    Child pass_through = Child(d, vec3(1.0), 1.0, medium);
+    Child pass_through = Child(d, vec3(1.0), 1.0, medium, false);
     if (ALPHA_MASK && s.opacity == 0.0) {
         if (depth >= MAX_DEPTH) atomicAdd(truncated[0], 1u);
         else emit_child(j, 0u, slot, slots, pass_through, through, s, state);
@@ -151,7 +154,7 @@ void main() {
     }
     bool gathers = has_diffuse(s);
     if (!GLOSSY) {
-        if (gathers) store_hit(slot, hit.triangle, s, -d, through);
+        if (gathers) store_hit(slot, seen, s, -d, through);
         return;
     }
     gathers = gathers || has_gathered_glossy(s) || (DELTA_LIGHTS && has_followed_glossy(s) && s.alpha >= ALPHA_SMOOTH);
@@ -173,14 +176,14 @@ void main() {
         bool stay = choice < p;
         choice = stay ? choice / p : (choice - p) / (1.0 - p);
         if (stay) {
-            store_hit(slot, hit.triangle, s, -d, through / p);
+            store_hit(slot, seen, s, -d, through / p);
             return;
         }
         through /= 1.0 - p;
         gathers = false;
     }
     if (gathers) {
-        store_hit(slot, hit.triangle, s, -d, through);
+        store_hit(slot, seen, s, -d, through);
         slot += camera[0].pixels;
         slots -= 1u;
         if (slots == 0u) return;

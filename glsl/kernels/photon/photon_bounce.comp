@@ -12,9 +12,18 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool CAUSTIC = false;
 
+// How large footprints are: FOOTPRINT_*.
+layout(constant_id = 21) const uint FOOTPRINT = 0;
+const uint FOOTPRINT_DIFFERENTIAL = 0u; // photon differentials (Fabianowski and Dingliana 2009)
+const uint FOOTPRINT_DENSITY = 1u;      // discs by path density (Mara, Luebke and McGuire 2013, equations 4 and 5)
+const uint FOOTPRINT_FIXED = 2u;        // discs of one radius in every pass
+const float CONE = 1e-3;                // steradians
+
 layout(push_constant, scalar) uniform Params {
     float smoothing; // the paper's s for this class of photons
     uint bounce;
+    float radius_min; // of discs, in scene units at the first pass
+    float radius_max; // also the fixed radius
 } params;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
@@ -35,20 +44,17 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
 
-void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f) {
-    if (!(-dot(d, s.geometric) > 1e-5)) {
-        atomicAdd(counters[COUNT_GRAZING], 1u);
-        return;
-    }
+// The footprint that the differentials give, within its limits; false if it is not finite.
+bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     // The paper's further factor |dp|^(-3/4) for diffusely reflected photons is left out: it has a unit of length, and no
     // unit suits both a cup and the table that it stands on.
     float scale = params.smoothing * pass[0].radius_scale;
-    Ellipse e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
+    e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
     float unit = globals[0].radius * pass[0].radius_scale;
     float smallest = MIN_RADIUS * unit, largest = MAX_RADIUS * unit;
-    if (!(e.longer < 3.0e38 && max_component(photon_flux.rgb) < 3.0e38)) {
+    if (!(e.longer < 3.0e38)) {
         atomicAdd(counters[COUNT_NOT_FINITE], 1u);
-        return;
+        return false;
     }
     if (e.shorter < smallest) atomicAdd(counters[COUNT_MIN_RADIUS], 1u);
     if (e.longer > largest) atomicAdd(counters[COUNT_MAX_RADIUS], 1u);
@@ -57,6 +63,27 @@ void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f) {
     if (e.longer > MAX_ANISOTROPY * e.shorter) {
         atomicAdd(counters[COUNT_ANISOTROPY], 1u);
         e.shorter = e.longer / MAX_ANISOTROPY;
+    }
+    return true;
+}
+
+void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float path_density) {
+    if (!(-dot(d, s.geometric) > 1e-5)) {
+        atomicAdd(counters[COUNT_GRAZING], 1u);
+        return;
+    }
+    if (!(max_component(photon_flux.rgb) < 3.0e38)) {
+        atomicAdd(counters[COUNT_NOT_FINITE], 1u);
+        return;
+    }
+    Ellipse e;
+    if (FOOTPRINT == FOOTPRINT_DIFFERENTIAL) {
+        if (!differential_ellipse(s, f, e)) return;
+    } else {
+        basis(s.geometric, e.major, e.minor);
+        float r = mix(params.radius_min, params.radius_max, sqrt(max(0.0, 1.0 - path_density)));
+        e.longer = FOOTPRINT == FOOTPRINT_FIXED ? params.radius_max : r * pass[0].radius_scale;
+        e.shorter = e.longer;
     }
     float slab = SLAB * e.longer;
     float area = PI * e.longer * e.shorter;
@@ -77,16 +104,22 @@ struct Event {
     vec3 weight;       // on the flux, probability divided out
     float probability; // 0: absorbed
     uint state;
+    float density;     // of the scattering per steradian, infinite for mirrors and glass
 };
+
+// Density [1/sr] of the reflection about a sampled facet; infinite for smooth surfaces.
+float lobe_density(Surface s, vec3 wo, vec3 facet) {
+    if (s.alpha < ALPHA_SMOOTH) return INFINITY;
+    float n_h = clamp(dot(s.shading, facet), 0.0, 1.0);
+    float g1 = 1.0 / (1.0 + ggx_lambda(max(dot(s.shading, wo), 1e-4), s.alpha));
+    return ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
+}
 
 // Spread of a rough lobe, added to the specular derivative: the spacing that all photons of this light would have if they
 // were sent into the lobe from here. It vanishes towards the mirror (our extension; the papers leave glossy out).
 float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
-    if (s.alpha < ALPHA_SMOOTH) return 0.0;
-    float n_h = clamp(dot(s.shading, facet), 0.0, 1.0);
-    float g1 = 1.0 / (1.0 + ggx_lambda(max(dot(s.shading, wo), 1e-4), s.alpha));
-    float pdf = ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
-    return spacing * inversesqrt(4.0 * PI * max(pdf, 1e-6));
+    float pdf = lobe_density(s, wo, facet);
+    return isinf(pdf) ? 0.0 : spacing * inversesqrt(4.0 * PI * max(pdf, 1e-6));
 }
 
 void specular_step(inout Differential f, Surface s, Facet facet, vec3 d, vec3 n, vec3 out_direction, float eta, bool transmitted, float spread) {
@@ -117,7 +150,7 @@ float shading_correction(Surface s, vec3 wi, vec3 wo) {
 }
 
 Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint seed, inout Differential f) {
-    Event e = Event(vec3(0.0), vec3(0.0), 0.0, state);
+    Event e = Event(vec3(0.0), vec3(0.0), 0.0, state, INFINITY);
     float choice = unit_float(hash(seed ^ 0x68bc21ebu));
     vec2 u = vec2(unit_float(hash(seed ^ 0x02e5be93u)), unit_float(hash(seed ^ 0x967a889bu)));
     uint medium = state & PATH_MEDIUM_MASK;
@@ -158,6 +191,7 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         e.probability = p_reflect;
         e.weight = fresnel * (facet_weight(s, -d, r) / p_reflect);
         e.state |= gathered_glossy ? PATH_DIFFUSE : PATH_SPECULAR;
+        if (FOOTPRINT == FOOTPRINT_DENSITY) e.density = lobe_density(s, -d, h);
         specular_step(f, s, facet, d, h, r, eta, false, lobe_spread(s, -d, h, spacing));
     } else if (choice < p_reflect + p_transmit) {
         e.direction = t;
@@ -165,6 +199,7 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         e.weight = (1.0 - fresnel) * s.transmission * (facet_weight(s, -d, t) / p_transmit);
         medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
         e.state = (e.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
+        if (FOOTPRINT == FOOTPRINT_DENSITY) e.density = lobe_density(s, -d, h);
         // A thin sheet bends light back at once: the derivative of the direction is unchanged.
         if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));
     } else if (choice < p_reflect + p_transmit + p_diffuse) {
@@ -175,6 +210,7 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         e.probability = above ? p_diffuse : 0.0;
         e.weight = s.diffuse * (1.0 - coat) * (shading_correction(s, -d, e.direction) / p_diffuse);
         e.state |= PATH_DIFFUSE;
+        e.density = max(dot(e.direction, s.shading), 0.0) / PI;
         // Absorption and re-emission (eq. 13): as if it had started v behind the surface, with v keeping the footprint's area.
         vec3 x, y;
         basis(e.direction, x, y);
@@ -213,12 +249,12 @@ void main() {
     if (ALPHA_MASK && s.opacity == 0.0) {
         f.dp_u += hit.t * f.dd_u;
         f.dp_v += hit.t * f.dd_v;
-        e = Event(d, vec3(1.0), 1.0, state);
+        e = Event(d, vec3(1.0), 1.0, state, INFINITY);
     } else {
         transfer(f, d, s.geometric, hit.t);
         bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
         bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
-        if (kind && gathers) deposit(j, s, d, photon_flux, f);
+        if (kind && gathers) deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
         uint seed = hash2(hash2(pass[0].seed ^ (CAUSTIC ? 0x9d2c5681u : 0x2545f491u), pass[0].index), slot * 256u + params.bounce);
         e = scatter(s, facet, d, state, photon_flux.w, seed, f);
     }
@@ -226,7 +262,9 @@ void main() {
     // Survivors stand for those that were absorbed: each covers 1 / p of the area.
     scale(f, inversesqrt(e.probability));
     rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), 0.0);
-    rays[2u * slot + 1u] = vec4(e.direction, 0.0);
+    // Path density: the product of the probabilities of scattering into CONE around the direction that was taken.
+    float path_density = rays[2u * slot + 1u].w * min(1.0, e.density * CONE);
+    rays[2u * slot + 1u] = vec4(e.direction, path_density);
     flux[slot] = vec4(photon_flux.rgb * e.weight, photon_flux.w);
     states[slot] = e.state;
     differentials[slot] = f;

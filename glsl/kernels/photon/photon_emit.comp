@@ -164,7 +164,7 @@ void main() {
     vec3 t, s;
     basis(d, t, s);
     rays[2u * i] = vec4(origin, 0.0);
-    rays[2u * i + 1u] = vec4(d, 0.0);
+    rays[2u * i + 1u] = vec4(d, 1.0); // w: path density
     // w: the spacing D of an isotropic light with this share of the photons, the unit of raw differentials.
     flux[i] = vec4(pdf > 0.0 ? power / (n * pdf) : vec3(0.0), sqrt(4.0 * PI / n));
     states[i] = 0u;

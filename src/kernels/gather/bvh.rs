@@ -1,0 +1,29 @@
+//! Density estimation from the photon BVH (Fabianowski and Dingliana 2009, section 6).
+
+use super::brute::finish;
+use super::{Points, Program};
+use crate::graph::{Buf, Graph, Grid};
+use crate::kernels::generated::{GatherBvh, GatherBvhBindings};
+use crate::kernels::photon::PhotonMap;
+
+/// Writes the gathered radiance of the listed slots: caustic, then other light.
+pub fn bvh(g: &mut Graph, program: Program, points: Points<'_>, map: &PhotonMap, gathered: &mut Buf<[f32; 4]>) {
+    let kernel = GatherBvh {
+        glossy: program.glossy,
+        smooth_normals: program.smooth_normals,
+        blinn_phong: program.blinn_phong,
+        weight: program.weight.code(),
+        count_pairs: program.count_pairs,
+        step_limit: program.step_limit(),
+    };
+    let bind = GatherBvhBindings {
+        list: points.list,
+        count: points.count,
+        eye_hits: points.hits,
+        photon_nodes: &map.tree.nodes,
+        photons: &map.photons,
+        gathered,
+    };
+    g.dispatch(kernel, Grid::Indirect(points.args), (), bind);
+    finish(g, program, points, (&map.photons, &map.tree.counts), gathered);
+}

@@ -1,0 +1,106 @@
+//! Density estimation at the eye hits. One file per estimator; all of them weigh a photon by glsl/lib/estimate.glsl, so
+//! with the same photons they give the same radiance, and differ in which photons they look at to find those that count.
+
+mod brute;
+mod bvh;
+pub mod reference;
+mod split;
+
+pub use brute::brute;
+pub use bvh::bvh;
+pub use split::{Listed, split};
+
+use super::eye::EyeHits;
+use super::scene_data::Variant;
+use crate::graph::{Buf, DispatchArgs};
+use crate::kernels::generated::{Camera, EyeHit};
+
+/// Kernel of the density estimate: weight of a photon within its footprint. Each integrates to one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Weight {
+    /// Equal everywhere: sharper, noisier.
+    Constant,
+    /// `min(c, 1 - s / r)` with c = 1/5: flat with a soft rim (Mara, Luebke and McGuire 2013, equation 3).
+    Cone,
+    /// `1 - (s / r)^2`: smooth.
+    #[default]
+    Epanechnikov,
+}
+
+impl Weight {
+    /// WEIGHT_* of glsl/lib/estimate.glsl.
+    pub(crate) fn code(self) -> u32 {
+        self as u32
+    }
+}
+
+/// What every estimator's kernels are specialised for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Program {
+    /// Whether a gathering surface reflects other than by Lambert's law.
+    pub glossy: bool,
+    /// Whether a gathering surface has shading normals of its own.
+    pub smooth_normals: bool,
+    /// Glossy lobes after Blinn and Phong instead of GGX.
+    pub blinn_phong: bool,
+    /// Kernel.
+    pub weight: Weight,
+    /// Leaves the number of photons tested in the fourth component of the caustic light, and of those that counted in
+    /// that of the other light: for measurements. Otherwise both are 0.
+    pub count_pairs: bool,
+    /// Loop iterations that the driver runs in an invocation, if it ends loops ([`crate::vk::Device::loop_limit`]).
+    pub loop_limit: Option<u32>,
+}
+
+impl Program {
+    /// The program that a scene needs.
+    pub fn of(v: Variant, weight: Weight) -> Self {
+        Self {
+            glossy: v.gathers_glossy,
+            smooth_normals: v.gathers_smooth,
+            blinn_phong: v.blinn_phong && v.gathers_glossy,
+            weight,
+            count_pairs: false,
+            loop_limit: None,
+        }
+    }
+
+    /// Iterations after which an estimator gives a hit up; 0: never. Half of what the driver runs, for loops around the counted one.
+    fn step_limit(&self) -> u32 {
+        self.loop_limit.map_or(0, |limit| limit / 2)
+    }
+}
+
+/// Eye hits to estimate at: some or all of a band's.
+#[derive(Clone, Copy)]
+pub struct Points<'a> {
+    /// Hits by path slot.
+    pub hits: &'a Buf<EyeHit>,
+    /// Slots that have one.
+    pub list: &'a Buf<u32>,
+    /// How many are listed.
+    pub count: &'a Buf<u32>,
+    /// Groups of 64 for one invocation per listed slot.
+    pub args: &'a Buf<DispatchArgs>,
+}
+
+impl<'a> From<&'a EyeHits> for Points<'a> {
+    fn from(eye: &'a EyeHits) -> Self {
+        Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args }
+    }
+}
+
+/// The part of the image that points belong to, for estimators that work in the image.
+#[derive(Clone, Copy)]
+pub struct Band<'a> {
+    /// The camera with this band of pixels.
+    pub camera: &'a Buf<Camera>,
+    /// Size of the whole image.
+    pub size: [u32; 2],
+    /// First pixel of the band, in the order of glsl/lib/pixels.glsl.
+    pub first_pixel: u32,
+    /// Pixels in the band.
+    pub pixels: u32,
+    /// Whether eye paths may go on after their first surface, so that hits may lie behind mirrors and glass.
+    pub bends: bool,
+}

@@ -1,0 +1,38 @@
+//! Hits at their pixel's place in space, and hits seen by way of mirrors and glass.
+
+use super::Points;
+use crate::graph::{Buf, DispatchArgs, Graph, Grid};
+use crate::kernels::Items;
+use crate::kernels::eye::SlotList;
+use crate::kernels::generated::{EyeHit, GatherSplit, GatherSplitBindings};
+
+/// A list of slots with hits.
+pub struct Listed {
+    list: SlotList,
+}
+
+impl Listed {
+    /// The hits of this list.
+    pub fn points<'a>(&'a self, hits: &'a Buf<EyeHit>) -> Points<'a> {
+        let args: &Buf<DispatchArgs> = &self.list.args;
+        Points { hits, list: &self.list.list, count: &self.list.count, args }
+    }
+}
+
+/// Splits the points into those that lie at their pixel's place in space and those that are seen by way of mirrors or
+/// glass; each list in the order of `points`. The former are all in the first slot of their pixel.
+pub fn split(g: &mut Graph, points: Points<'_>) -> (Listed, Listed) {
+    let most = points.list.len();
+    let (mut straight, mut bent) = (g.buffer("straight", most), g.buffer("bent", most));
+    let bind = GatherSplitBindings {
+        list: points.list,
+        count: points.count,
+        eye_hits: points.hits,
+        straight: &mut straight,
+        bent: &mut bent,
+    };
+    g.dispatch(GatherSplit, Grid::Indirect(points.args), (), bind);
+    let mut select =
+        |flags: &Buf<u32>| Listed { list: SlotList::select(g, Items::Counted(points.count), flags, points.list, most) };
+    (select(&straight), select(&bent))
+}

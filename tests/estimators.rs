@@ -1,0 +1,78 @@
+//! Whole renders with every estimator: with the same photons, the same picture.
+//!
+//! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
+
+#[path = "extremes/lab.rs"]
+#[allow(dead_code, unused)]
+mod lab;
+
+use lab::Shot;
+use nephroid::render::{Estimator, Footprint, Settings, Weight};
+use nephroid::scene::{self, Limits, Scene};
+
+/// Largest difference of a pixel between estimators, relative to the larger of its value and a thousandth of the mean.
+fn difference(a: &Shot, b: &Shot) -> f64 {
+    let mean = b.moments.iter().map(|m| m[1]).sum::<f64>() / b.moments.len() as f64;
+    let pixel = |(a, b): (&[f64; 6], &[f64; 6])| {
+        (0..3).map(|k| (a[k] - b[k]).abs() / b[k].abs().max(1e-3 * mean)).fold(0.0, f64::max)
+    };
+    a.moments.iter().zip(&b.moments).map(pixel).fold(0.0, f64::max)
+}
+
+fn asset(name: &str) -> Scene {
+    let path = format!("{}/assets/{name}.glb", env!("CARGO_MANIFEST_DIR"));
+    scene::load(path.as_ref(), &Limits::default()).expect("an asset")
+}
+
+fn radius(scene: &Scene) -> f32 {
+    scene.bounds().expect("triangles").radius()
+}
+
+fn settings(estimator: Estimator, scene: &Scene, fraction: f32) -> Settings {
+    Settings {
+        estimator: Some(estimator),
+        footprint: Footprint::Fixed(fraction * radius(scene)),
+        ..lab::settings(48, 36, 6000)
+    }
+}
+
+/// The scenes of the comparison: diffuse, glass and mirrors, textures and masks, glossy, a lens of water.
+const SCENES: [&str; 5] = ["corridors", "cornell-glass", "textured", "glossy", "coffee-cup"];
+
+#[test]
+fn constant_radius_gives_what_brute_force_gives() {
+    for name in SCENES {
+        let scene = asset(name);
+        let brute = Shot::take(&scene, &settings(Estimator::Brute, &scene, 0.05), 0..2);
+        assert!(brute.statistics.deposits > 500, "{name}: {} deposits", brute.statistics.deposits);
+        for estimator in Estimator::ALL {
+            let shot = Shot::take(&scene, &settings(estimator, &scene, 0.05), 0..2);
+            let difference = difference(&shot, &brute);
+            println!("{name}, {}: {difference:.1e}", estimator.name());
+            assert!(difference <= 1e-5, "{name}, {}: {difference:e}", estimator.name());
+        }
+    }
+}
+
+#[test]
+fn differentials_give_what_brute_force_gives() {
+    for (name, weight) in [("coffee-cup", Weight::Epanechnikov), ("cornell-glass", Weight::Cone)] {
+        let scene = asset(name);
+        let of =
+            |estimator| Settings { footprint: Footprint::Differential, weight, ..settings(estimator, &scene, 0.0) };
+        let brute = Shot::take(&scene, &of(Estimator::Brute), 0..2);
+        for estimator in Estimator::ALL {
+            let difference = difference(&Shot::take(&scene, &of(estimator), 0..2), &brute);
+            assert!(difference <= 1e-5, "{name}, {}: {difference:e}", estimator.name());
+        }
+    }
+}
+
+#[test]
+fn the_comparison_notices_another_radius() {
+    let scene = asset("cornell-glass");
+    let a = Shot::take(&scene, &settings(Estimator::Brute, &scene, 0.05), 0..1);
+    let b = Shot::take(&scene, &settings(Estimator::Bvh, &scene, 0.0501), 0..1);
+    assert!(difference(&a, &b) > 1e-3);
+    assert_eq!(difference(&a, &a), 0.0);
+}

@@ -1,0 +1,124 @@
+//! Every estimator on photons and hits made up here, against the specification in double precision, and where it is hard.
+
+mod gather_support;
+
+use gather_support::support::Harness;
+use gather_support::{Light, difference, gathered, lambert, room};
+use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
+use nephroid::kernels::gather::{Points, Program, Weight, brute, bvh};
+use nephroid::kernels::generated::EyeHit;
+use nephroid::kernels::photon::{self, Deposits};
+use nephroid::kernels::{lbvh, photon::PhotonMap};
+
+type Gather = fn(&mut Graph, Program, Points<'_>, &Deposits, &mut Buf<[f32; 4]>);
+
+/// Estimators that need no image.
+const ESTIMATORS: &[(&str, Gather)] = &[("brute", by_brute), ("bvh", by_bvh)];
+
+fn by_brute(g: &mut Graph, program: Program, points: Points<'_>, deposits: &Deposits, target: &mut Buf<[f32; 4]>) {
+    brute(g, program, points, (&deposits.photons, &deposits.count), target);
+}
+
+fn by_bvh(g: &mut Graph, program: Program, points: Points<'_>, deposits: &Deposits, target: &mut Buf<[f32; 4]>) {
+    let options = lbvh::Options { leaf_items: 8, fences: program.loop_limit.is_none() };
+    let map: PhotonMap = photon::map(g, deposits, options);
+    bvh(g, program, points, &map, target);
+}
+
+fn expected(hits: &[EyeHit], discs: &[Disc], weight: Weight) -> Vec<[[f64; 3]; 2]> {
+    let photons: Vec<_> = discs.iter().map(|disc| disc.stored().0).collect();
+    gather(hits, &photons, weight)
+}
+
+fn compare(harness: &Harness, hits: &[EyeHit], discs: &[Disc], weight: Weight, tolerance: f64) -> Vec<Vec<Light>> {
+    let expected = expected(hits, discs, weight);
+    let program = lambert(harness, weight);
+    let one = |(name, estimator): &(&str, Gather)| {
+        let found = gathered(harness, hits, discs, |g, points, deposits, target| {
+            estimator(g, program, points, deposits, target);
+        });
+        assert_eq!(difference(&found, &expected, tolerance), None, "{name}, {weight:?}, {} photons", discs.len());
+        found
+    };
+    ESTIMATORS.iter().map(one).collect()
+}
+
+#[test]
+fn estimators_equal_the_specification() {
+    let harness = Harness::lock();
+    let (discs, hits) = room(3000, 400, |r| [0.02 + 0.1 * r.next(), 0.02 + 0.1 * r.next()]);
+    for weight in [Weight::Cone, Weight::Epanechnikov] {
+        compare(&harness, &hits, &discs, weight, 2e-5);
+    }
+    // A constant kernel ends at an edge; points within rounding of one may fall on either side, so these are few.
+    let (discs, hits) = room(500, 200, |_| [0.05, 0.05]);
+    let lights = compare(&harness, &hits, &discs, Weight::Constant, 2e-5);
+    let accepted: f32 = lights[0].iter().map(|light| light[1][3]).sum();
+    assert!(accepted > 200.0, "{accepted} pairs are too few for a comparison");
+}
+
+#[test]
+fn radii_from_dust_to_the_room() {
+    let harness = Harness::lock();
+    let radius = |r: &mut gather_support::Random| [1e-4f32.powf(r.next()), 1e-4f32.powf(r.next())];
+    let (discs, hits) = room(2000, 300, radius);
+    compare(&harness, &hits, &discs, Weight::Epanechnikov, 2e-5);
+}
+
+#[test]
+fn few_and_no_photons() {
+    let harness = Harness::lock();
+    let (discs, hits) = room(3, 70, |_| [0.8, 0.8]);
+    for count in [1, 2, 3] {
+        compare(&harness, &hits, &discs[..count], Weight::Epanechnikov, 2e-5);
+    }
+    let (_, hits) = room(0, 5, |_| [0.1, 0.1]);
+    let nothing = [Disc { flux: [0.0; 3], ..discs[0] }];
+    compare(&harness, &hits, &nothing, Weight::Constant, 0.0);
+}
+
+#[test]
+fn the_comparison_fails_on_a_lost_photon() {
+    let harness = Harness::lock();
+    let (mut discs, hits) = room(200, 50, |_| [0.2, 0.2]);
+    let covers = |disc: &Disc| hits.iter().any(|hit| density(hit, &disc.stored().0, Weight::Epanechnikov) > 0.1);
+    let needed = discs.iter().position(covers).expect("a photon that counts");
+    discs.swap(0, needed);
+    let program = lambert(&harness, Weight::Epanechnikov);
+    let found = gathered(&harness, &hits, &discs[1..], |g, points, deposits, target| {
+        by_bvh(g, program, points, deposits, target);
+    });
+    assert!(difference(&found, &expected(&hits, &discs, Weight::Epanechnikov), 2e-5).is_some());
+}
+
+/// Case 44 of the extreme cases: a million photons at one place are all counted, also where drivers end long loops.
+#[test]
+fn a_million_photons_at_one_place() {
+    const MILLION: usize = 1_000_000;
+    let harness = Harness::lock();
+    let disc = Disc {
+        position: [0.5, 0.0, 0.5],
+        normal: [0.0, 1.0, 0.0],
+        radii: [0.25, 0.25],
+        flux: [1.0, 2.0, 0.5],
+        direction: [0.0, -1.0, 0.0],
+        caustic: false,
+    };
+    let discs = vec![disc; MILLION];
+    let hits = [[0.5, 0.0, 0.5], [0.6, 0.0, 0.5], [0.9, 0.0, 0.5]].map(|p| lambert_hit(p, [0.0, 1.0, 0.0], [1.0; 3]));
+    let program = lambert(&harness, Weight::Constant);
+    let one = expected(&hits, &discs[..1], Weight::Constant);
+    for (name, estimator) in ESTIMATORS {
+        let found = gathered(&harness, &hits, &discs, |g, points, deposits, target| {
+            estimator(g, program, points, deposits, target);
+        });
+        let accepted: Vec<f32> = found.iter().map(|light| light[1][3]).collect();
+        assert_eq!(accepted, [1e6, 1e6, 0.0], "{name}");
+        // A sum of a million equal floats, in partial sums of 16384 or fewer at best and one by one at worst.
+        for (found, one) in found.iter().zip(&one) {
+            let (found, all) = (f64::from(found[1][0]), one[1][0] * MILLION as f64);
+            assert!((found - all).abs() <= 0.02 * all, "{name}: {found}, not {all}");
+        }
+    }
+}

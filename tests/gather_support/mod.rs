@@ -1,0 +1,126 @@
+//! Photons and eye hits made up by tests, gathered by any estimator, beside the specification in double precision.
+
+#![allow(dead_code)] // each test binary uses a part
+
+#[path = "../support/mod.rs"]
+pub mod support;
+
+use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::compact;
+use nephroid::kernels::gather::reference::Disc;
+use nephroid::kernels::gather::{Points, Program, Weight};
+use nephroid::kernels::generated::{Aabb, EyeHit, Photon};
+use nephroid::kernels::photon::{COUNTERS, Deposits};
+use support::Harness;
+
+/// Gathered light of a slot: caustic, then other; photons tested and accepted in the fourth components.
+pub type Light = [[f32; 4]; 2];
+
+/// A program for Lambert surfaces that counts pairs.
+pub fn lambert(harness: &Harness, weight: Weight) -> Program {
+    Program {
+        glossy: false,
+        smooth_normals: false,
+        blinn_phong: false,
+        weight,
+        count_pairs: true,
+        loop_limit: harness.loop_limit(),
+    }
+}
+
+/// What an estimator, declared by `declare`, gathers at `hits` (one slot each, all listed) from `photons`.
+///
+/// Two runs must give the same bits, on graphs for both kinds of device.
+pub fn gathered(
+    harness: &Harness,
+    hits: &[EyeHit],
+    photons: &[Disc],
+    declare: impl Fn(&mut Graph, Points<'_>, &Deposits, &mut Buf<[f32; 4]>),
+) -> Vec<Light> {
+    let (stored, boxes): (Vec<Photon>, Vec<Aabb>) = photons.iter().map(Disc::stored).unzip();
+    let (stored, boxes, hits_memory) = (harness.input(&stored), harness.input(&boxes), harness.input(hits));
+    let list: Vec<u32> = (0..hits.len() as u32).collect();
+    let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * hits.len()));
+    harness.run(&[&output], |g| {
+        let deposits = Deposits {
+            photons: g.import(&stored),
+            boxes: g.import(&boxes),
+            count: counted(g, photons.len() as u32),
+            overflow: counted(g, 0),
+            counters: g.buffer("counters", COUNTERS.len() as u32),
+            truncated: vec![],
+        };
+        let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
+        let count = counted(g, hits.len() as u32);
+        let args = compact::dispatch_args(g, &count, hits.len() as u32, 64);
+        let mut target = g.import(output.memory());
+        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args };
+        declare(g, points, &deposits, &mut target);
+        g.keep(&target);
+    });
+    harness.content(&output).chunks(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+fn counted(g: &mut Graph, value: u32) -> Buf<u32> {
+    let mut count = g.buffer("count", 1);
+    g.fill(&mut count, value);
+    count
+}
+
+/// The first slot and number where `found` differs from `expected` by more than `tolerance`, relative to the largest
+/// component of the pair of slots' light.
+pub fn difference(found: &[Light], expected: &[[[f64; 3]; 2]], tolerance: f64) -> Option<String> {
+    assert_eq!(found.len(), expected.len());
+    found.iter().zip(expected).enumerate().find_map(|(slot, (f, e))| {
+        let scale = e.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
+        (0..6).find_map(|at| {
+            let (f, e) = (f64::from(f[at / 3][at % 3]), e[at / 3][at % 3]);
+            let close = (f - e).abs() <= tolerance * scale;
+            (!close).then(|| format!("slot {slot}, number {at}: {f:e}, not {e:e}"))
+        })
+    })
+}
+
+/// Numbers in [0, 1) from a hash: the same everywhere.
+pub struct Random(pub u64);
+
+impl Random {
+    /// The next one.
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let x = (self.0 ^ (self.0 >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (x >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// A unit vector.
+    pub fn direction(&mut self) -> [f32; 3] {
+        let (z, phi) = (2.0 * self.next() - 1.0, std::f32::consts::TAU * self.next());
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        [r * phi.cos(), r * phi.sin(), z]
+    }
+}
+
+/// Photons of one radius or of many on the floor y = 0 of the unit square and on a wall beside it, with hits among them.
+pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2]) -> (Vec<Disc>, Vec<EyeHit>) {
+    use nephroid::kernels::gather::reference::lambert_hit;
+    let mut random = Random(7);
+    let place = |r: &mut Random| {
+        let (u, v, wall) = (r.next(), r.next(), r.next() < 0.3);
+        if wall { ([0.0, u, v], [1.0, 0.0, 0.0]) } else { ([u, 0.0, v], [0.0, 1.0, 0.0]) }
+    };
+    let discs = (0..photons)
+        .map(|i| {
+            let (position, normal) = place(&mut random);
+            let direction = random.direction();
+            let towards = (0..3).map(|k| direction[k] * normal[k]).sum::<f32>();
+            let direction = if towards > 0.0 { direction.map(|x| -x) } else { direction };
+            let flux = [random.next(), random.next(), random.next()];
+            Disc { position, normal, radii: radius(&mut random), flux, direction, caustic: i % 3 == 0 }
+        })
+        .collect();
+    let hits = (0..hits).map(|_| {
+        let (position, normal) = place(&mut random);
+        lambert_hit(position, normal, [0.3, 0.2, 0.1])
+    });
+    (discs, hits.collect())
+}
