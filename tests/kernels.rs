@@ -51,6 +51,9 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("photon_append", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
     ("photon_emit", "tests/extremes/lambert.rs", "fn case_05_point_light_by_photons"),
+    ("photon_pack", "tests/estimators.rs", "fn packing_adds_a_small_error"),
+    ("photon_radii", "tests/estimators.rs", "fn packing_adds_a_small_error"),
+    ("photon_sort_records", "tests/estimators.rs", "fn packing_adds_a_small_error"),
     ("photon_sort", "tests/extremes/lambert.rs", "fn case_04_integrating_sphere"),
     ("trace_list", "tests/extremes/lambert.rs", "fn case_01_furnace"),
 ];

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use nephroid::graph::Runtime;
-use nephroid::render::{Estimator, PhotonBuild, Session, Settings, Statistics, automatic_leaf, coverage};
+use nephroid::render::{Estimator, PhotonBuild, Record, Session, Settings, Statistics, automatic_leaf, coverage};
 use nephroid::scene::{self, Limits, Scene};
 use nephroid::vk::{Device, DeviceOptions};
 
@@ -54,6 +54,9 @@ fn both_builders_give_the_same_picture() {
         assert_eq!(vvh, moments(small(PhotonBuild::Vvh, None)), "{name}: always the same bits");
         let off = difference(&linear, &moments(small(PhotonBuild::Vvh, Some(1))));
         assert!(off < 1e-5, "{name}, leaves of one photon: pixels differ by {off}");
+        let packed = |build| moments(Settings { record: Record::Packed20, ..small(build, None) });
+        let off = difference(&packed(PhotonBuild::Linear), &packed(PhotonBuild::Vvh));
+        assert!(off < 1e-5, "{name}, packed: pixels differ by {off}");
         let other = moments(Settings { seed: 1, ..small(PhotonBuild::Linear, None) });
         assert!(difference(&linear, &other) > 1e-3, "{name}: the check can fail");
     }

@@ -31,6 +31,8 @@ struct Photon {
     uvec4 d;
 };
 
+const float SLAB = 0.5; // half thickness of a footprint, in units of its longer semiaxis
+
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
 //   c: throughput, GGX alpha (negative: glass)

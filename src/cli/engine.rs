@@ -81,6 +81,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         photon_build: request.light.photon_build,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
+        record: request.light.photon_record,
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
         layers: !request.view.aov.is_empty(),
         caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),

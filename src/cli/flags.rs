@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -104,6 +104,11 @@ pub struct LightArgs {
     /// Weight of photons within their footprint
     #[arg(long, value_name = "KERNEL", value_enum, default_value_t)]
     pub kernel: Weight,
+
+    /// How photons are stored for the gather: in full precision, or packed to 20 or 12 bytes as discs of the same area with
+    /// 8-bit flux; 12 needs the cells of `hash` or the tiles of `tiled`
+    #[arg(long, value_name = "BYTES", value_enum, default_value_t, hide_short_help = true)]
+    pub photon_record: Record,
 
     /// Model of rough glossy surfaces where light is gathered
     #[arg(long, value_name = "MODEL", value_enum, default_value = "ggx", hide_short_help = true)]

@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -183,8 +183,21 @@ impl ValueEnum for PhotonBuild {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(match self {
             Self::Linear => PossibleValue::new("linear").help("Morton order, on the device: built quickly"),
-            Self::Vvh => PossibleValue::new("vvh")
-                .help("Voxel volume heuristic, on the host: built slowly, gathers faster; for comparisons"),
+            Self::Vvh => PossibleValue::new("vvh").help("Voxel volume heuristic, on the host: for comparisons"),
+        })
+    }
+}
+
+impl ValueEnum for Record {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Full, Self::Packed20, Self::Packed12]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Full => PossibleValue::new("full").help("64 bytes: ellipses, in full precision"),
+            Self::Packed20 => PossibleValue::new("20").help("Discs"),
+            Self::Packed12 => PossibleValue::new("12").help("Discs, positions relative to a cell or tile"),
         })
     }
 }

@@ -9,6 +9,7 @@ use super::generated::{
     PhotonAppendBindings, PhotonAppendParams, PhotonBounce, PhotonBounceBindings, PhotonBounceParams, PhotonEmit,
     PhotonEmitBindings, PhotonEmitParams, PhotonSort, PhotonSortBindings,
 };
+use super::records::{self, Records};
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact, lbvh};
 use crate::graph::{Buf, Graph, Grid};
@@ -262,20 +263,33 @@ fn append(
 pub struct PhotonMap {
     /// Tree over the footprints' boxes.
     pub tree: lbvh::Lbvh,
-    /// Photons in the order of the leaves.
+    /// Photons in the order of the leaves; a single unused one if there are records.
     pub photons: Buf<Photon>,
+    /// Packed photons in the order of the leaves, if they were asked for.
+    pub records: Option<Records>,
 }
 
-/// Builds the map on the device.
-pub fn map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options) -> PhotonMap {
+/// Builds the map on the device; `packed` of records of 20 bytes, which changes the boxes of the deposits.
+pub fn map(g: &mut Graph, deposits: &mut Deposits, options: lbvh::Options, packed: bool) -> PhotonMap {
+    let records = packed.then(|| records::pack(g, deposits));
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
-    sorted(g, &deposits.photons, tree)
+    in_order(g, deposits, tree, records)
 }
 
-/// The map of a tree over the boxes of `photons`.
-pub fn sorted(g: &mut Graph, photons: &Buf<Photon>, tree: lbvh::Lbvh) -> PhotonMap {
-    let mut sorted = g.buffer("photons", photons.len());
-    let bind = PhotonSortBindings { order: &tree.items, count: &tree.counts, photons, sorted: &mut sorted };
-    g.dispatch(PhotonSort, Grid::Threads(photons.len()), (), bind);
-    PhotonMap { tree, photons: sorted }
+/// The map of a tree over the boxes of the deposits, or of their records.
+pub fn in_order(g: &mut Graph, deposits: &Deposits, tree: lbvh::Lbvh, records: Option<Records>) -> PhotonMap {
+    if let Some(records) = records {
+        let records = Some(records.sorted(g, &tree.items, &tree.counts));
+        let mut photons = g.buffer("no_photons", 1);
+        g.fill(&mut photons, 0);
+        return PhotonMap { tree, photons, records };
+    }
+    let mut sorted = g.buffer("photons", deposits.photons.len());
+    g.dispatch(
+        PhotonSort,
+        Grid::Threads(sorted.len()),
+        (),
+        PhotonSortBindings { order: &tree.items, count: &tree.counts, photons: &deposits.photons, sorted: &mut sorted },
+    );
+    PhotonMap { tree, photons: sorted, records: None }
 }

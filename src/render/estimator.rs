@@ -1,7 +1,7 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
 use super::leaf_size;
-use super::settings::Settings;
+use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
 use crate::graph::{Buf, Graph, Lanes};
 use crate::kernels::gather::{self, Band, Points, Program};
@@ -56,13 +56,13 @@ pub(super) fn build(
     estimator: Estimator,
     device: &DeviceScene,
     settings: &Settings,
-    deposits: &Deposits,
+    deposits: &mut Deposits,
 ) -> Structure {
     match estimator {
         Estimator::Bvh => {
             let options =
                 lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
-            Structure::Bvh(photon::map(g, deposits, options))
+            Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20))
         }
         Estimator::Brute => Structure::Brute,
     }
@@ -77,7 +77,7 @@ pub(super) fn gather(
     gathered: &mut Buf<[f32; 4]>,
 ) {
     match structure {
-        Structure::Bvh(map) => gather::bvh(g, program, points, map, gathered),
+        Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }

@@ -4,7 +4,7 @@
 use super::estimator::{self, Structure};
 use super::host_map::HostMap;
 use super::memory::Memory;
-use super::settings::Settings;
+use super::settings::{Record, Settings};
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
 use crate::graph::{Graph, Input, Persistent, Plan, Readback};
@@ -207,9 +207,9 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
-    let deposits = trace_photons(&mut g, &buffers, device, budget);
+    let mut deposits = trace_photons(&mut g, &buffers, device, budget);
     let structure =
-        deposits.as_ref().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
+        deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
     let mut reports = bands(&mut g, content, &buffers, structure.as_ref().zip(deposits.as_ref()), state);
     if let Some(deposits) = &deposits {
         reports = reports.with_photons(&mut g, deposits, settings.read_photons);
@@ -223,8 +223,8 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
     let Content { device, settings, .. } = content;
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
-    let deposits = trace_photons(&mut g, &buffers, device, budget).expect("a photon map needs photons");
-    let boxes = map.store(&mut g, &deposits);
+    let mut deposits = trace_photons(&mut g, &buffers, device, budget).expect("a photon map needs photons");
+    let boxes = map.store(&mut g, &mut deposits, settings.record == Record::Packed20);
     let reports = Reports::default().with_photons(&mut g, &deposits, settings.read_photons);
     (planned(g, pass, reports), boxes)
 }
@@ -243,7 +243,7 @@ pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Plann
 pub(super) fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> Planned {
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
-    let (deposits, sorted) = g.scope("photon map", |g| map.map(g));
+    let (deposits, sorted) = g.scope("photon map", |g| map.map(g, content.settings.record == Record::Packed20));
     let reports = bands(&mut g, content, &buffers, Some((&Structure::Bvh(sorted), &deposits)), state);
     planned(g, pass, reports)
 }

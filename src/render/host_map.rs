@@ -6,11 +6,12 @@ use crate::graph::{Graph, Persistent, Readback, Runtime};
 use crate::kernels::generated::{Aabb, BvhNode, Photon};
 use crate::kernels::lbvh::Lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
-use crate::kernels::vvh;
+use crate::kernels::{records, vvh};
 
 /// What both halves share.
 pub(super) struct HostMap {
     photons: Persistent<Photon>,
+    count: Persistent<u32>,
     nodes: Persistent<BvhNode>,
     items: Persistent<u32>,
     counts: Persistent<u32>,
@@ -24,17 +25,23 @@ impl HostMap {
     pub fn new(memory: Memory<'_>, capacity: u32) -> Result<Self> {
         Ok(Self {
             photons: memory.zeroed("stored_photons", capacity)?,
+            count: memory.zeroed("stored_count", 1)?,
             nodes: memory.zeroed("host_nodes", capacity.max(2) - 1)?,
             items: memory.zeroed("host_items", capacity)?,
             counts: memory.zeroed("host_counts", 3)?,
         })
     }
 
-    /// The end of the first half: keeps the photons and brings their boxes to the host.
-    pub fn store(&self, g: &mut Graph, deposits: &Deposits) -> Readback<Aabb> {
-        let mut photons = g.import(&self.photons);
+    /// The end of the first half: keeps the photons and brings their boxes, or those of their records, to the host.
+    pub fn store(&self, g: &mut Graph, deposits: &mut Deposits, packed: bool) -> Readback<Aabb> {
+        let (mut photons, mut count) = (g.import(&self.photons), g.import(&self.count));
         g.copy(&deposits.photons, &mut photons);
+        g.copy(&deposits.count, &mut count);
         g.keep(&photons);
+        g.keep(&count);
+        if packed {
+            records::pack(g, deposits);
+        }
         g.readback(&deposits.boxes)
     }
 
@@ -51,15 +58,21 @@ impl HostMap {
     }
 
     /// The start of the second half: the photons as they were stored, and in the order of the tree's leaves.
-    pub fn map(&self, g: &mut Graph) -> (Deposits, PhotonMap) {
+    pub fn map(&self, g: &mut Graph, packed: bool) -> (Deposits, PhotonMap) {
         let tree = Lbvh { nodes: g.import(&self.nodes), items: g.import(&self.items), counts: g.import(&self.counts) };
-        let deposits = Deposits { photons: g.import(&self.photons), ..Deposits::new(g, 1) };
-        let map = photon::sorted(g, &deposits.photons, tree);
+        let mut deposits = Deposits {
+            photons: g.import(&self.photons),
+            boxes: g.buffer("deposit_boxes", self.photons.len()),
+            count: g.import(&self.count),
+            ..Deposits::new(g, 1)
+        };
+        let records = packed.then(|| records::pack(g, &mut deposits));
+        let map = photon::in_order(g, &deposits, tree, records);
         (deposits, map)
     }
 
     /// Size in bytes.
     pub fn bytes(&self) -> u64 {
-        self.photons.bytes() + self.nodes.bytes() + self.items.bytes() + self.counts.bytes()
+        self.photons.bytes() + self.count.bytes() + self.nodes.bytes() + self.items.bytes() + self.counts.bytes()
     }
 }

@@ -21,5 +21,5 @@ pub use estimator::Estimator;
 pub use leaf_size::{automatic as automatic_leaf, coverage};
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
-pub use settings::{PhotonBuild, Settings};
+pub use settings::{PhotonBuild, Record, Settings};
 pub use upload::DeviceScene;

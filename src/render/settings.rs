@@ -24,6 +24,8 @@ pub struct Settings {
     pub weight: Weight,
     /// How large footprints are.
     pub footprint: Footprint,
+    /// How photons are stored for the gather.
+    pub record: Record,
     /// Gathered glossy lobes after Blinn and Phong instead of GGX (Mara, Luebke and McGuire 2013, equation 6).
     pub blinn_phong: bool,
     /// Whether layers (albedo, normal, depth, direct, indirect, caustic) are kept.
@@ -61,6 +63,18 @@ pub enum PhotonBuild {
     Vvh,
 }
 
+/// How photons are stored for the gather. Packed ones are discs, with what glsl/lib/packed_photon.glsl loses.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Record {
+    /// 64 bytes: everything in full precision.
+    #[default]
+    Full,
+    /// 20 bytes, position in full precision.
+    Packed20,
+    /// 12 bytes, position relative to a cell or tile.
+    Packed12,
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -72,6 +86,7 @@ impl Default for Settings {
             estimator: None,
             weight: Weight::default(),
             footprint: Footprint::default(),
+            record: Record::default(),
             blinn_phong: false,
             layers: false,
             eye_depth: 24,

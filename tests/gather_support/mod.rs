@@ -35,14 +35,14 @@ pub fn gathered(
     harness: &Harness,
     hits: &[EyeHit],
     photons: &[Disc],
-    declare: impl Fn(&mut Graph, Points<'_>, &Deposits, &mut Buf<[f32; 4]>),
+    declare: impl Fn(&mut Graph, Points<'_>, &mut Deposits, &mut Buf<[f32; 4]>),
 ) -> Vec<Light> {
     let (stored, boxes): (Vec<Photon>, Vec<Aabb>) = photons.iter().map(Disc::stored).unzip();
     let (stored, boxes, hits_memory) = (harness.input(&stored), harness.input(&boxes), harness.input(hits));
     let list: Vec<u32> = (0..hits.len() as u32).collect();
     let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * hits.len()));
     harness.run(&[&output], |g| {
-        let deposits = Deposits {
+        let mut deposits = Deposits {
             photons: g.import(&stored),
             boxes: g.import(&boxes),
             count: counted(g, photons.len() as u32),
@@ -55,7 +55,7 @@ pub fn gathered(
         let args = compact::dispatch_args(g, &count, hits.len() as u32, 64);
         let mut target = g.import(output.memory());
         let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args };
-        declare(g, points, &deposits, &mut target);
+        declare(g, points, &mut deposits, &mut target);
         g.keep(&target);
     });
     harness.content(&output).chunks(2).map(|pair| [pair[0], pair[1]]).collect()

@@ -12,6 +12,7 @@ layout(local_size_x = 64) in;
 #include "shared/photon.glsl"
 #define ESTIMATE_TOGETHER
 #include "lib/estimate.glsl"
+#include "lib/packed_photon.glsl"
 
 // Steps after which a walk is given up and marked UNFINISHED; 0: none.
 layout(constant_id = 22) const uint STEP_LIMIT = 0;
@@ -21,6 +22,8 @@ layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
 layout(set = 0, binding = 19, scalar) readonly buffer PhotonNodes { BvhNode photon_nodes[]; };
 layout(set = 0, binding = 20, scalar) readonly buffer Photons { Photon photons[]; };
+layout(set = 0, binding = 22, scalar) readonly buffer Records { uint records[]; };      // instead of photons, if RECORD
+layout(set = 0, binding = 23, scalar) readonly buffer Ranges { RadiusRange ranges[]; };
 layout(set = 0, binding = 21, scalar) writeonly buffer Gathered { vec4 gathered[]; };
 
 const uint DONE = 0xffffffffu;
@@ -29,6 +32,13 @@ uint stack[BVH_MAX_DEPTH + 2u];
 
 bool holds(vec4 low, vec4 high, vec3 p) {
     return all(greaterThanEqual(p, low.xyz)) && all(lessThanEqual(p, high.xyz));
+}
+
+Photon load_photon(uint i) {
+    if (RECORD == 0u) return photons[i];
+    uint at = 5u * i;
+    uvec3 position = uvec3(records[at], records[at + 1u], records[at + 2u]);
+    return unpack20(position, records[at + 3u], records[at + 4u], ranges[0]);
 }
 
 void main() {
@@ -57,7 +67,7 @@ void main() {
         uint first = current & BVH_FIRST_MASK;
         uint end = first + 1u + ((current & BVH_COUNT_MASK) / BVH_COUNT_ONE);
         if (STEP_LIMIT != 0u) steps += end - first;
-        for (uint i = first; i < end; ++i) add_photon(sum, photons[i], x);
+        for (uint i = first; i < end; ++i) add_photon(sum, load_photon(i), x);
         current = stack[--top];
     }
     bool unfinished = STEP_LIMIT != 0u && steps > STEP_LIMIT;

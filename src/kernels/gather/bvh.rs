@@ -3,11 +3,19 @@
 use super::brute::finish;
 use super::{Points, Program};
 use crate::graph::{Buf, Graph, Grid};
-use crate::kernels::generated::{GatherBvh, GatherBvhBindings};
-use crate::kernels::photon::PhotonMap;
+use crate::kernels::generated::{GatherBvh, GatherBvhBindings, RadiusRange};
+use crate::kernels::photon::{Deposits, PhotonMap};
 
 /// Writes the gathered radiance of the listed slots: caustic, then other light.
-pub fn bvh(g: &mut Graph, program: Program, points: Points<'_>, map: &PhotonMap, gathered: &mut Buf<[f32; 4]>) {
+pub fn bvh(
+    g: &mut Graph,
+    program: Program,
+    points: Points<'_>,
+    (map, deposits): (&PhotonMap, &Deposits),
+    gathered: &mut Buf<[f32; 4]>,
+) {
+    let (no_records, no_range) = (g.upload("no_records", &[0u32]), g.upload("no_range", &[RadiusRange::default()]));
+    let (records, ranges) = map.records.as_ref().map_or((&*no_records, &*no_range), |r| (&r.records, &r.range));
     let kernel = GatherBvh {
         glossy: program.glossy,
         smooth_normals: program.smooth_normals,
@@ -15,6 +23,7 @@ pub fn bvh(g: &mut Graph, program: Program, points: Points<'_>, map: &PhotonMap,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
         step_limit: program.step_limit(),
+        record: if map.records.is_some() { 20 } else { 0 },
     };
     let bind = GatherBvhBindings {
         list: points.list,
@@ -22,8 +31,10 @@ pub fn bvh(g: &mut Graph, program: Program, points: Points<'_>, map: &PhotonMap,
         eye_hits: points.hits,
         photon_nodes: &map.tree.nodes,
         photons: &map.photons,
+        records,
+        ranges,
         gathered,
     };
     g.dispatch(kernel, Grid::Indirect(points.args), (), bind);
-    finish(g, program, points, (&map.photons, &map.tree.counts), gathered);
+    finish(g, program, points, (&deposits.photons, &deposits.count), gathered);
 }

@@ -1,0 +1,21 @@
+// Packed photons in the order of the tree's leaves.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
+#include "lib/header.glsl"
+
+layout(set = 0, binding = 16, scalar) readonly buffer Order { uint order[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
+layout(set = 0, binding = 18, scalar) readonly buffer Records { uint records[]; };
+layout(set = 0, binding = 19, scalar) writeonly buffer Sorted { uint sorted[]; };
+
+void main() {
+    uint k = linear_id();
+    if (k >= count[0]) return;
+    uint from = 5u * order[k], to = 5u * k;
+    sorted[to] = records[from];
+    sorted[to + 1u] = records[from + 1u];
+    sorted[to + 2u] = records[from + 2u];
+    sorted[to + 3u] = records[from + 3u];
+    sorted[to + 4u] = records[from + 4u];
+}
