@@ -12,7 +12,9 @@ mod rays;
 mod scene;
 
 pub use blobs::blobs;
-pub use photon_map::{LEAF_SIZES, LeafTime, PhotonMapEffort, PhotonMapReport, footprint_area, photon_map};
+pub use photon_map::{
+    BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Queries, Radii, photon_map,
+};
 pub use primitives::primitives;
 pub use scene::{SceneReport, scene};
 
