@@ -110,8 +110,11 @@ impl Recording {
 
     /// The sum of the first words of many reports.
     pub fn sum(&self, pick: impl Fn(&Reports) -> &[Readback<u32>]) -> u64 {
-        let words = |part: &Part| pick(&part.reports).iter().map(|word| u64::from(part.executable.read(word)[0])).sum();
-        self.parts.iter().map(words).fold(0, |sum, words: u64| sum + words)
+        let words = |part: &Part| {
+            let word = |word| u64::from(part.executable.read(word)[0]);
+            pick(&part.reports).iter().map(word).sum::<u64>()
+        };
+        self.parts.iter().map(words).sum()
     }
 
     /// [`crate::kernels::photon::COUNTERS`] of the last pass; none without photons.
