@@ -6,12 +6,16 @@
 
 mod blobs;
 mod host_sort;
+mod photon_map;
 mod primitives;
 mod rays;
 mod scene;
 mod splats;
 
 pub use blobs::blobs;
+pub use photon_map::{
+    BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Queries, Radii, photon_map,
+};
 pub use primitives::primitives;
 pub use scene::{SceneReport, scene};
 

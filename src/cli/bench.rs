@@ -4,10 +4,11 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
+use super::bench_photon_map::{self, PhotonMapArgs};
 use super::engine;
 use super::flags::DeviceArgs;
 use super::progress::si;
@@ -22,15 +23,27 @@ Examples:
   nephroid bench
   nephroid bench --device cpu ring.gltf pool.gltf
   nephroid bench --json > rates.json
+  nephroid bench photon-map ring.gltf pool.gltf
 
 Columns: the median time of a run; items a second; bytes a second as the floor counts them; the rate as
 a share of what the floor allows. The floor is the least an item can cost: bytes moved at the speed of a
 copy, or instructions at the speed of a chain of multiplications, both measured in the same run.";
 
+/// Tables by name.
+#[derive(Debug, Subcommand)]
+pub enum Table {
+    /// Compare builders and leaf sizes of the photon map.
+    PhotonMap(PhotonMapArgs),
+}
+
 /// Flags of `nephroid bench`.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
+    /// What else can be measured.
+    #[command(subcommand)]
+    pub table: Option<Table>,
+
     /// glTF 2.0 scenes to measure rays, photons and memory on [default: a generated mesh of 260 thousand triangles]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
@@ -53,6 +66,9 @@ pub struct BenchArgs {
 /// # Errors
 /// Those of the device, and of loading the scenes.
 pub fn run(args: &BenchArgs) -> Result<()> {
+    if let Some(Table::PhotonMap(args)) = &args.table {
+        return bench_photon_map::run(args);
+    }
     args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
     // All are loaded before anything is measured: a bad one is found now rather than in ten minutes.
     let mut loaded =
@@ -75,7 +91,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
 }
 
 /// On a terminal only: elsewhere nobody watches it turn.
-fn spinner() -> ProgressBar {
+pub(super) fn spinner() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

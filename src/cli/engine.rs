@@ -88,6 +88,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         seed: (request.seed ^ (request.seed >> 32)) as u32,
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
         estimator: request.light.estimator,
+        photon_build: request.light.photon_build,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
         record: request.light.photon_record,
@@ -226,6 +227,7 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
         "values_not_finite": statistics.rejected,
         "guards": counters,
         "kept": needs.kept(), "left_out": needs.left_out(),
+        "leaf_photons": session.leaf_photons(),
         "plan_passes": session.plan_passes(),
         "bytes": {
             "device_peak": memory.peak,

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, Record, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -90,6 +90,10 @@ pub struct LightArgs {
     /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on the device]
     #[arg(long, value_name = "NAME", value_enum)]
     pub estimator: Option<Estimator>,
+
+    /// Who builds the photon map of the estimator `bvh`; the picture is the same up to rounding
+    #[arg(long, value_name = "BUILDER", value_enum, default_value_t, hide_short_help = true)]
+    pub photon_build: PhotonBuild,
 
     /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
     /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene

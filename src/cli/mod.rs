@@ -4,6 +4,7 @@
 //! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 130 interrupted.
 
 pub mod bench;
+pub mod bench_photon_map;
 pub mod compare;
 pub mod devices;
 mod engine;

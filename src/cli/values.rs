@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, Record, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,6 +171,19 @@ impl ValueEnum for Weight {
             }
             Self::Cone => PossibleValue::new("cone").help("Equal weight with a soft rim"),
             Self::Epanechnikov => PossibleValue::new("epanechnikov").help("Weight falls towards the rim: smoother"),
+        })
+    }
+}
+
+impl ValueEnum for PhotonBuild {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Linear, Self::Vvh]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Linear => PossibleValue::new("linear").help("Morton order, on the device: built quickly"),
+            Self::Vvh => PossibleValue::new("vvh").help("Voxel volume heuristic, on the host: for comparisons"),
         })
     }
 }

@@ -18,6 +18,7 @@ pub mod scene_data;
 pub mod segmented_scan;
 pub mod sort;
 pub mod trace;
+pub mod vvh;
 
 use crate::graph::{Buf, Graph, Grid, Lanes, ReadBuf};
 

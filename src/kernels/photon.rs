@@ -269,10 +269,15 @@ pub struct PhotonMap {
     pub records: Option<Records>,
 }
 
-/// Builds the map; `packed` of records of 20 bytes, which changes the boxes of the deposits.
+/// Builds the map on the device; `packed` of records of 20 bytes, which changes the boxes of the deposits.
 pub fn map(g: &mut Graph, deposits: &mut Deposits, options: lbvh::Options, packed: bool) -> PhotonMap {
     let records = packed.then(|| records::pack(g, deposits));
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
+    in_order(g, deposits, tree, records)
+}
+
+/// The map of a tree over the boxes of the deposits, or of their records.
+pub fn in_order(g: &mut Graph, deposits: &Deposits, tree: lbvh::Lbvh, records: Option<Records>) -> PhotonMap {
     if let Some(records) = records {
         let records = Some(records.sorted(g, &tree.items, &tree.counts));
         let mut photons = g.buffer("no_photons", 1);

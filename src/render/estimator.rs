@@ -1,5 +1,6 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
+use super::leaf_size;
 use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
 use crate::graph::{Buf, Graph, Lanes};
@@ -59,7 +60,8 @@ pub(super) fn build(
 ) -> Structure {
     match estimator {
         Estimator::Bvh => {
-            let options = lbvh::Options { leaf_items: settings.leaf_photons, fences: device.fences };
+            let options =
+                lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
             Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20))
         }
         Estimator::Brute => Structure::Brute,

@@ -1,16 +1,19 @@
-//! One pass, top to bottom: photons, their map, and for each band of pixels eye paths, direct light, gather, film.
+//! One pass, top to bottom: photons, their map, and for each band of pixels eye paths, direct light, gather, film. Where the
+//! host builds the map, the same in two halves.
 
-use super::estimator::{self, Estimator};
+use super::estimator::{self, Structure};
+use super::host_map::HostMap;
 use super::memory::Memory;
-use super::settings::Settings;
+use super::settings::{Record, Settings};
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
-use crate::graph::{Executable, Graph, Input, Persistent, Plan, Readback, Runtime};
+use crate::graph::{Graph, Input, Persistent, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, FILM_FLOATS, FilmBuffers, LAYER_VECTORS, PassResult};
 use crate::kernels::gather::{Band, Points, Program};
-use crate::kernels::generated::Pass;
+use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
+use crate::kernels::scene_data::SceneBuffers;
 use crate::scene::Scene;
 
 /// Path slots of one band: bounds the memory of eye paths whatever the image size, and keeps every buffer far below
@@ -66,16 +69,23 @@ pub(super) struct PhotonBudget {
     pub capacity: u32,
 }
 
-/// A recorded pass.
-pub(super) struct Frame {
-    pub executable: Executable,
+/// A scene, on the host and on the device, and how it is rendered.
+#[derive(Clone, Copy)]
+pub(super) struct Content<'a> {
+    pub scene: &'a Scene,
+    pub device: &'a DeviceScene,
+    pub settings: &'a Settings,
+}
+
+/// A pass or a half of it, planned.
+pub(super) struct Planned {
+    pub plan: Plan,
     pub pass: Input<Pass>,
     pub reports: Reports,
-    pub dump: String,
-    pub dispatches: usize,
 }
 
 /// Numbers that a pass brings to the host.
+#[derive(Default)]
 pub(super) struct Reports {
     pub deposits: Option<Readback<u32>>,
     pub overflow: Option<Readback<u32>>,
@@ -84,6 +94,8 @@ pub(super) struct Reports {
     pub eye_truncated: Vec<Readback<u32>>,
     /// What was gathered, where pairs are counted.
     pub gathered: Vec<Readback<[f32; 4]>>,
+    /// The deposits, where they are wanted.
+    pub photons: Option<Readback<Photon>>,
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
@@ -91,37 +103,42 @@ pub(super) fn slots_per_pixel(device: &DeviceScene) -> u32 {
     if device.variant.glossy { 4 } else { 1 }
 }
 
-/// Declares and plans one pass.
-pub(super) fn plan(
-    scene: &Scene,
+/// Photons of every class of the budget; none of none.
+fn trace_photons(
+    g: &mut Graph,
+    buffers: &SceneBuffers,
     device: &DeviceScene,
-    settings: &Settings,
     budget: &PhotonBudget,
-    state: &FilmState,
-) -> (Plan, Input<Pass>, Reports) {
-    let mut g = Graph::new().with_lanes(device.lanes);
-    let (buffers, pass) = device.import(&mut g, Pass::default());
-    let slots = slots_per_pixel(device);
-    let mut deposits = None;
-    let chosen = settings.estimator.unwrap_or(Estimator::default_for(device.lanes));
-    let mut structure = None;
-    if !budget.emissions.is_empty() {
-        let mut store = Deposits::new(&mut g, budget.capacity);
-        for emission in &budget.emissions {
-            let name = if emission.caustic { "caustic photons" } else { "global photons" };
-            g.scope(name, |g| photon::trace(g, &buffers, device.variant, *emission, &mut store));
-        }
-        structure = Some(g.scope("photon map", |g| estimator::build(g, chosen, device, settings, &mut store)));
-        deposits = Some(store);
+) -> Option<Deposits> {
+    if budget.emissions.is_empty() {
+        return None;
     }
+    let mut store = Deposits::new(g, budget.capacity);
+    for emission in &budget.emissions {
+        let name = if emission.caustic { "caustic photons" } else { "global photons" };
+        g.scope(name, |g| photon::trace(g, buffers, device.variant, *emission, &mut store));
+    }
+    Some(store)
+}
+
+/// Eye paths, direct light, gather and film, band by band.
+fn bands(
+    g: &mut Graph,
+    content: Content<'_>,
+    buffers: &SceneBuffers,
+    stored: Option<(&Structure, &Deposits)>,
+    state: &FilmState,
+) -> Reports {
+    let Content { scene, device, settings } = content;
+    let slots = slots_per_pixel(device);
+    let mut reports = Reports::default();
     let mut rejected = g.import(&state.rejected);
-    let (mut eye_truncated, mut gathers) = (Vec::new(), Vec::new());
     for band in &state.bands {
         let mut camera = device_camera(scene, settings, slots);
         camera.first_pixel = band.first_pixel;
         camera.pixels = band.pixels;
         let camera = g.upload("camera", &[camera]);
-        let view = (&buffers, &*camera);
+        let view = (buffers, &*camera);
         let eye_settings =
             EyeSettings { pixels: band.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers };
         let mut hits = g.scope("eye paths", |g| eye::trace(g, view, device.variant, eye_settings));
@@ -132,7 +149,7 @@ pub(super) fn plan(
         }
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);
-        if let (Some(structure), Some(store)) = (&structure, &deposits) {
+        if let Some(stored) = stored {
             let program = Program {
                 count_pairs: settings.count_pairs,
                 loop_limit: device.loop_limit,
@@ -146,45 +163,87 @@ pub(super) fn plan(
                 bends: device.variant.glossy,
             };
             let points = (Points::from(&hits), place);
-            g.scope("gather", |g| estimator::gather(g, program, (structure, store), points, &mut gathered));
+            g.scope("gather", |g| estimator::gather(g, program, stored, points, &mut gathered));
             if settings.count_pairs {
-                gathers.push(g.readback(&gathered));
+                reports.gathered.push(g.readback(&gathered));
             }
         }
         let no_overflow = g.upload("no_overflow", &[0u32]);
-        let overflow = deposits.as_ref().map_or(&*no_overflow, |d| &d.overflow);
+        let overflow = stored.map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
         let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
         let result = PassResult { radiance: &hits.radiance, gathered: &gathered, aov_first: &hits.aov_first, overflow };
         g.scope("film", |g| film::add(g, &camera, band.pixels, settings.layers, result, &mut film));
         g.keep(&film.film);
         g.keep(&film.layers);
         rejected = film.rejected;
-        eye_truncated.push(g.readback(&hits.truncated));
+        reports.eye_truncated.push(g.readback(&hits.truncated));
     }
     g.keep(&rejected);
-    let reports = Reports {
-        deposits: deposits.as_ref().map(|d| g.readback(&d.count)),
-        overflow: deposits.as_ref().map(|d| g.readback(&d.overflow)),
-        counters: deposits.as_ref().map(|d| g.readback(&d.counters)),
-        truncated: deposits.iter().flat_map(|d| &d.truncated).map(|count| g.readback(count)).collect(),
-        eye_truncated,
-        gathered: gathers,
-    };
-    let plan = g.plan().unwrap_or_else(|error| panic!("the frame is declared wrong: {error}"));
-    (plan, pass, reports)
+    reports
 }
 
-impl Frame {
-    /// Plans, allocates and records one pass.
-    pub fn new(
-        runtime: &Runtime,
-        (scene, device): (&Scene, &DeviceScene),
-        settings: &Settings,
-        budget: &PhotonBudget,
-        state: &FilmState,
-    ) -> Result<Self> {
-        let (plan, pass, reports) = plan(scene, device, settings, budget, state);
-        let executable = runtime.prepare(&plan)?;
-        Ok(Self { executable, pass, reports, dump: plan.dump(), dispatches: plan.passes.len() })
+impl Reports {
+    /// Adds what is known of the photons.
+    fn with_photons(self, g: &mut Graph, deposits: &Deposits, read_photons: bool) -> Self {
+        Self {
+            deposits: Some(g.readback(&deposits.count)),
+            overflow: Some(g.readback(&deposits.overflow)),
+            counters: Some(g.readback(&deposits.counters)),
+            truncated: deposits.truncated.iter().map(|count| g.readback(count)).collect(),
+            photons: read_photons.then(|| g.readback(&deposits.photons)),
+            ..self
+        }
     }
+}
+
+fn planned(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
+    let plan = g.plan().unwrap_or_else(|error| panic!("the frame is declared wrong: {error}"));
+    Planned { plan, pass, reports }
+}
+
+/// Declares and plans a pass that the device does by itself.
+pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Planned {
+    let Content { device, settings, .. } = content;
+    let mut g = Graph::new().with_lanes(device.lanes);
+    let (buffers, pass) = device.import(&mut g, Pass::default());
+    let chosen = settings.estimator_on(device.lanes);
+    let mut deposits = trace_photons(&mut g, &buffers, device, budget);
+    let structure =
+        deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
+    let mut reports = bands(&mut g, content, &buffers, structure.as_ref().zip(deposits.as_ref()), state);
+    if let Some(deposits) = &deposits {
+        reports = reports.with_photons(&mut g, deposits, settings.read_photons);
+    }
+    planned(g, pass, reports)
+}
+
+/// The first half of a pass whose photon map the host builds: photons, their boxes to the host. A budget without photons has
+/// no halves.
+pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) -> (Planned, Readback<Aabb>) {
+    let Content { device, settings, .. } = content;
+    let mut g = Graph::new().with_lanes(device.lanes);
+    let (buffers, pass) = device.import(&mut g, Pass::default());
+    let mut deposits = trace_photons(&mut g, &buffers, device, budget).expect("a photon map needs photons");
+    let boxes = map.store(&mut g, &mut deposits, settings.record == Record::Packed20);
+    let reports = Reports::default().with_photons(&mut g, &deposits, settings.read_photons);
+    (planned(g, pass, reports), boxes)
+}
+
+/// Photons alone, brought to the host. A budget without photons has none to plan.
+pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
+    let mut g = Graph::new().with_lanes(content.device.lanes);
+    let (buffers, pass) = content.device.import(&mut g, Pass::default());
+    let deposits = trace_photons(&mut g, &buffers, content.device, budget).expect("a survey needs photons");
+    let photons = g.readback(&deposits.photons);
+    let reports = Reports::default().with_photons(&mut g, &deposits, false);
+    (planned(g, pass, reports), photons)
+}
+
+/// The second half: everything that is seen, with the host's map.
+pub(super) fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> Planned {
+    let mut g = Graph::new().with_lanes(content.device.lanes);
+    let (buffers, pass) = content.device.import(&mut g, Pass::default());
+    let (deposits, sorted) = g.scope("photon map", |g| map.map(g, content.settings.record == Record::Packed20));
+    let reports = bands(&mut g, content, &buffers, Some((&Structure::Bvh(sorted), &deposits)), state);
+    planned(g, pass, reports)
 }

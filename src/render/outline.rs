@@ -1,6 +1,6 @@
 //! What a pass consists of, and what a scene saves by what it does not need. Only plans are made: no device is asked.
 
-use super::frame::{self, FilmState, slots_per_pixel};
+use super::frame::{self, Content, FilmState, slots_per_pixel};
 use super::memory::Memory;
 use super::session::budget;
 use super::settings::Settings;
@@ -55,7 +55,8 @@ impl Outline {
 
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
         let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device))?;
-        let (plan, ..) = frame::plan(scene, device, settings, &budget(device, settings), &state);
+        let content = Content { scene, device, settings };
+        let plan = frame::plan(content, &budget(device, settings), &state).plan;
         let inputs = plan
             .buffers
             .iter()

@@ -2,16 +2,19 @@
 
 use std::time::Instant;
 
-use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::estimator::Estimator;
+use super::frame::{Content, FilmState, PhotonBudget, slots_per_pixel};
+use super::leaf_size;
 use super::memory::Memory;
 use super::pixels;
+use super::recording::Recording;
 use super::settings::{Lens, Settings};
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::film::image::{Channels, Picture};
 use crate::graph::{Runtime, Timing};
 use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
-use crate::kernels::generated::Pass;
+use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
 use crate::scene::{Projection, Scene};
 
@@ -60,7 +63,7 @@ pub struct Session {
     settings: Settings,
     budget: PhotonBudget,
     state: FilmState,
-    frame: Frame,
+    frame: Recording,
     statistics: Statistics,
 }
 
@@ -68,8 +71,9 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, [`Error::OutOfMemory`] for what does not fit the device.
-    pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
+    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, [`Error::OutOfMemory`] for what does
+    /// not fit the device.
+    pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
                 "camera {} of {}: there are {}",
@@ -84,7 +88,13 @@ impl Session {
         device_scene.variant.lens |= settings.lens.is_some();
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
-        let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
+        let content = Content { scene: &scene, device: &device_scene, settings: &settings };
+        let has_tree = !budget.emissions.is_empty() && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
+        if settings.leaf_photons.is_none() && has_tree {
+            settings.leaf_photons = Some(leaf_size::automatic(leaf_size::survey(runtime, content, &budget)?));
+        }
+        let content = Content { scene: &scene, device: &device_scene, settings: &settings };
+        let frame = Recording::new(runtime, content, &budget, &state)?;
         let statistics =
             Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
         Ok(Self { runtime: runtime.clone(), scene, device_scene, settings, budget, state, frame, statistics })
@@ -101,9 +111,7 @@ impl Session {
             reserved: 0,
         };
         loop {
-            self.frame.executable.write(&self.frame.pass, &[pass]);
-            self.frame.executable.run()?;
-            let overflow = self.first(self.frame.reports.overflow.as_ref());
+            let overflow = self.frame.run(pass)?;
             if overflow == 0 {
                 break;
             }
@@ -111,10 +119,6 @@ impl Session {
         }
         self.count(start);
         Ok(Outcome::Added)
-    }
-
-    fn first(&self, readback: Option<&crate::graph::Readback<u32>>) -> u64 {
-        readback.map_or(0, |r| u64::from(self.frame.executable.read(r)[0]))
     }
 
     /// Makes room for deposits that did not fit; the pass was not added and is repeated.
@@ -129,18 +133,16 @@ impl Session {
         }
         self.statistics.repeated += 1;
         self.budget.capacity = wanted as u32;
-        let content = (&self.scene, &self.device_scene);
-        self.frame = Frame::new(&self.runtime, content, &self.settings, &self.budget, &self.state)?;
+        let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
+        self.frame = Recording::new(&self.runtime, content, &self.budget, &self.state)?;
         Ok(())
     }
 
     fn count(&mut self, start: Instant) {
-        let reports = &self.frame.reports;
-        let sum = |list: &[crate::graph::Readback<u32>]| list.iter().map(|r| self.first(Some(r))).sum::<u64>();
-        let (photons_truncated, eye_truncated) = (sum(&reports.truncated), sum(&reports.eye_truncated));
-        let deposits = self.first(reports.deposits.as_ref());
-        let counters = reports.counters.as_ref().map(|r| self.frame.executable.read(r)).unwrap_or_default();
-        let pairs = self.pairs();
+        let (photons_truncated, eye_truncated) =
+            (self.frame.sum(|r| &r.truncated), self.frame.sum(|r| &r.eye_truncated));
+        let deposits = self.frame.first(|r| r.deposits.as_ref());
+        let (counters, pairs) = (self.frame.counters(), self.frame.pairs());
         let s = &mut self.statistics;
         s.pairs_tested += pairs[0];
         s.pairs_accepted += pairs[1];
@@ -155,14 +157,14 @@ impl Session {
         s.seconds += start.elapsed().as_secs_f64();
     }
 
-    /// Tested and accepted pairs of the last pass.
-    fn pairs(&self) -> [u64; 2] {
-        let mut sums = [0, 0];
-        for readback in &self.frame.reports.gathered {
-            let gathered = self.frame.executable.read(readback);
-            gathered.iter().enumerate().for_each(|(i, vector)| sums[i % 2] += vector[3] as u64);
-        }
-        sums
+    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`].
+    pub fn photons(&self) -> Vec<Photon> {
+        self.frame.photons()
+    }
+
+    /// Photons in a leaf of the photon map at most, as given or as chosen; `None` where there is no such map.
+    pub fn leaf_photons(&self) -> Option<u32> {
+        self.settings.leaf_photons
     }
 
     /// The scene that is rendered.
@@ -183,7 +185,7 @@ impl Session {
 
     /// Times of the scopes of the last pass.
     pub fn timings(&self) -> Vec<Timing> {
-        self.frame.executable.timings()
+        self.frame.timings()
     }
 
     /// The plan of a pass as text.
@@ -198,7 +200,7 @@ impl Session {
 
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
-        self.frame.executable.device_bytes()
+        self.frame.device_bytes()
     }
 
     /// Counts so far.

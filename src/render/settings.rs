@@ -1,6 +1,7 @@
 //! What a render needs to know besides the scene.
 
 use super::estimator::Estimator;
+use crate::graph::Lanes;
 use crate::kernels::gather::Weight;
 use crate::kernels::photon::Footprint;
 
@@ -65,12 +66,27 @@ pub struct Settings {
     pub global_smoothing: f32,
     /// Exponent of the radius schedule (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in pass i.
     pub alpha: f64,
-    /// Photons in a leaf of the photon map at most.
-    pub leaf_photons: u32,
+    /// Who builds the photon map of [`Estimator::Bvh`].
+    pub photon_build: PhotonBuild,
+    /// Photons in a leaf of the photon map at most, 1 to 16; `None` chooses by the overlap of footprints.
+    pub leaf_photons: Option<u32>,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
+    /// Brings the photons of each pass to the host ([`super::Session::photons`]): for measurements, slower.
+    pub read_photons: bool,
+}
+
+/// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order of
+/// summation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PhotonBuild {
+    /// Morton order, on the device: built quickly.
+    #[default]
+    Linear,
+    /// Voxel volume heuristic, on the host: fewer nodes and photons are looked at, but photons go to the host and back.
+    Vvh,
 }
 
 /// How photons are stored for the gather. Packed ones are discs, with what glsl/lib/packed_photon.glsl loses.
@@ -105,9 +121,11 @@ impl Default for Settings {
             caustic_smoothing: 1.5,
             global_smoothing: 2.0,
             alpha: 2.0 / 3.0,
-            leaf_photons: 8,
+            photon_build: PhotonBuild::default(),
+            leaf_photons: None,
             full_program: false,
             count_pairs: false,
+            read_photons: false,
         }
     }
 }
@@ -116,6 +134,11 @@ impl Settings {
     /// Pixels of the image.
     pub fn pixels(&self) -> u32 {
         self.width * self.height
+    }
+
+    /// The estimator to use on a kind of device.
+    pub fn estimator_on(&self, lanes: Lanes) -> Estimator {
+        self.estimator.unwrap_or(Estimator::default_for(lanes))
     }
 
     /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1

@@ -1,0 +1,91 @@
+//! How many photons a leaf of the photon map holds: T_auto of Fabianowski and Dingliana 2009, section 5.3.
+
+use super::frame::{Content, PhotonBudget, plan_survey};
+use crate::error::Result;
+use crate::graph::Runtime;
+use crate::kernels::generated::{Pass, Photon};
+use crate::kernels::lbvh::COUNTED_LEAF;
+use crate::scene::Scene;
+
+/// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
+/// fitted to gathering times (see ARCHITECTURE.md).
+const LEAF_PER_COVERAGE: f64 = 1.0;
+
+/// Smaller leaves never were faster: neighbouring pixels walk the tree together, and a node costs them more than a few
+/// photons.
+pub(super) const LEAST: u32 = 8;
+
+/// Photons of the largest class in a survey.
+const SURVEY_PHOTONS: u32 = 4096;
+
+/// The leaf size for a `coverage`, the sum of the footprints' areas over the area of all surfaces: proportional, a power of
+/// two, within what serves well.
+pub fn automatic(coverage: f64) -> u32 {
+    let wanted = LEAF_PER_COVERAGE * coverage;
+    let mut leaf = LEAST;
+    // The nearest power of two by ratio; NaN, where nothing has an area, stays at the least.
+    while leaf < COUNTED_LEAF && wanted > f64::from(leaf) * std::f64::consts::SQRT_2 {
+        leaf *= 2;
+    }
+    leaf
+}
+
+/// Sum of the areas of the photons' footprints over the area of the scene's triangles.
+pub fn coverage(scene: &Scene, photons: &[Photon]) -> f64 {
+    let footprints: f64 = photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum();
+    footprints / surface_area(scene)
+}
+
+/// Area of all triangles, in square scene units.
+fn surface_area(scene: &Scene) -> f64 {
+    let geometry = &scene.geometry;
+    let area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| glam::Vec3::from(geometry.positions[i as usize]).as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
+    };
+    geometry.triangles.iter().map(area).filter(|area| area.is_finite()).sum()
+}
+
+/// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and settings only.
+///
+/// # Errors
+/// Those of the device.
+pub(super) fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) -> Result<f64> {
+    let most = budget.emissions.iter().map(|emission| emission.count).max().unwrap_or(0);
+    let ratio = (f64::from(SURVEY_PHOTONS) / f64::from(most.max(1))).min(1.0);
+    let mut small = budget.clone();
+    for emission in &mut small.emissions {
+        emission.count = ((f64::from(emission.count) * ratio).ceil() as u32).max(1);
+        // Spacings are larger by the root of what is left out.
+        emission.smoothing *= ratio.sqrt() as f32;
+    }
+    small.capacity = small.capacity.min(8 * SURVEY_PHOTONS);
+    let (planned, photons) = plan_survey(content, &small);
+    let mut executable = runtime.prepare(&planned.plan)?;
+    executable.write(&planned.pass, &[Pass { index: 0, seed: content.settings.seed, radius_scale: 1.0, reserved: 0 }]);
+    executable.run()?;
+    let read = |word| executable.read(word)[0];
+    let stored = planned.reports.deposits.as_ref().map_or(0, read);
+    let lost = planned.reports.overflow.as_ref().map_or(0, read);
+    let mut photons = executable.read(&photons);
+    photons.truncate(stored as usize);
+    let share = f64::from(stored) / (f64::from(stored) + f64::from(lost)).max(1.0);
+    Ok(coverage(content.scene, &photons) / (share * ratio))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_grow_with_the_overlap_and_stay_within_the_encoding() {
+        let sizes: Vec<u32> = (-4..20).map(|i| automatic(2f64.powi(i))).collect();
+        assert!(sizes.is_sorted() && sizes.iter().all(|size| size.is_power_of_two()));
+        assert_eq!((sizes[0], sizes[23]), (LEAST, COUNTED_LEAF));
+        assert_eq!([11.0, 11.5].map(|leaf| automatic(leaf / LEAF_PER_COVERAGE)), [8, 16]);
+        for odd in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
+            assert_eq!(automatic(odd), LEAST);
+        }
+        assert_eq!(automatic(f64::INFINITY), COUNTED_LEAF);
+    }
+}
