@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 #include "shared/knn.glsl"
 #include "lib/knn.glsl"
 
-// Loop iterations after which a walk is given up and marked UNFINISHED; 0: none.
+// Loop iterations of a lane after which its walk is given up and marked UNFINISHED; 0: none.
 layout(constant_id = 22) const uint STEP_LIMIT = 0;
 
 layout(push_constant, scalar) uniform Params {
@@ -57,6 +57,7 @@ void replace_farthest(uint base, float d, uint i) {
 
 void push(uint c, float d, uint i) {
     uint base = c * (NEIGHBOURS + 1u), hole = filled[c];
+    if (STEP_LIMIT != 0u) ++steps; // the last iteration of a loop, in which it ends
     if (hole > NEIGHBOURS) {
         if (nearer(d, i, heap_distance[base], heap_photon[base])) replace_farthest(base, d, i);
         return;
@@ -91,7 +92,7 @@ bool wanted(KnnNode node, float bound) {
 
 void visit_leaf(uint leaf, Point x, inout Estimate sum) {
     uint begin = KNN_LEAF * leaf, end = min(begin + KNN_LEAF, sorted_count[0]);
-    if (STEP_LIMIT != 0u) steps += KNN_LEAF;
+    if (STEP_LIMIT != 0u) steps += KNN_LEAF + 1u;
     [[dont_unroll]] for (uint k = begin; k < end; ++k) {
         Photon p = sorted[k];
         if (COUNT_PAIRS) sum.tested += 1.0;

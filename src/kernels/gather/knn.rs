@@ -75,7 +75,7 @@ pub fn knn(
         blinn_phong: program.blinn_phong,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
-        step_limit: program.step_limit(),
+        step_limit: step_limit(&program),
         neighbours: k,
     };
     let bind = GatherKnnBindings {
@@ -91,13 +91,19 @@ pub fn knn(
     };
     g.dispatch(kernel, Grid::Indirect(points.args), GatherKnnParams { leaves: map.leaves }, bind);
     // Each photon costs a test and a way through a heap of at most 2^9 entries, each leaf two nodes.
-    if program.loop_limit.is_some() && deposits.photons.len() > program.step_limit() / 12 {
+    if program.loop_limit.is_some() && deposits.photons.len() > step_limit(&program) / 16 {
         g.scope("finish", |g| {
             let rest = unfinished(g, points, gathered);
             let points = Points { hits: points.hits, list: &rest.list, count: &rest.count, args: &rest.args };
             knn_by_digits(g, (program, k), points, deposits, gathered);
         });
     }
+}
+
+/// Iterations after which a walk is given up. The driver counts those of its whole vector of up to 8 lanes, which walk apart:
+/// the sum of theirs in the worst case. Some are left for the last leaf and the sums.
+fn step_limit(program: &Program) -> u32 {
+    program.step_limit() / 5
 }
 
 /// The same from all photons by selection, without a tree and with short loops: 17 times the work of [`super::brute`],
