@@ -2,7 +2,7 @@
 //! definition is in glsl/lib/knn.glsl. Caustic and other photons are searched apart, k of each, as in Jensen's two maps.
 //!
 //! Jensen's tree is a left-balanced kd-tree. This one has the same shape, implicit and balanced, over photons in the order
-//! of the photon map: boxes around their centres, level by level. 7 bytes a photon beside the map's; a search needs
+//! of the photon map: boxes around their centres, level by level. 9 to 18 bytes a photon beside the map's; a search needs
 //! 16 (k + 1) bytes for its heaps.
 
 use super::brute::unfinished;
