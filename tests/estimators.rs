@@ -31,6 +31,8 @@ fn radius(scene: &Scene) -> f32 {
 fn settings(estimator: Estimator, scene: &Scene, fraction: f32) -> Settings {
     Settings {
         estimator: Some(estimator),
+        // More than any hit of these renders has photons of a class around it: knn is then the others' estimate.
+        knn_photons: 512,
         footprint: Footprint::Fixed(fraction * radius(scene)),
         ..lab::settings(48, 36, 6000)
     }

@@ -89,6 +89,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
         estimator: request.light.estimator,
         photon_build: request.light.photon_build,
+        knn_photons: request.light.knn_photons,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
         record: request.light.photon_record,

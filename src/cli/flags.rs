@@ -95,6 +95,10 @@ pub struct LightArgs {
     #[arg(long, value_name = "BUILDER", value_enum, default_value_t, hide_short_help = true)]
     pub photon_build: PhotonBuild,
 
+    /// Photons of each class (caustic, other) that `--estimator knn` seeks, 1 to 512: more is smoother
+    #[arg(long, value_name = "K", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512), hide_short_help = true)]
+    pub knn_photons: u32,
+
     /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
     /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene
     /// units that never shrink: blurred for ever)

@@ -8,23 +8,28 @@ use crate::kernels::gather::{self, Band, Points, Program};
 use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 
-/// How the light of the photons is estimated at the eye hits. All give the same picture; they differ in time and memory.
+/// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
+/// picture; they differ in time and memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
     /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
     Bvh,
+    /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
+    /// than k footprints overlap.
+    Knn,
     /// Every photon at every eye hit: slow, the answer that the others must give.
     Brute,
 }
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Bvh, Self::Brute];
+    pub const ALL: [Self; 3] = [Self::Bvh, Self::Knn, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
+            Self::Knn => "knn",
             Self::Brute => "brute",
         }
     }
@@ -33,6 +38,9 @@ impl Estimator {
     pub fn help(self) -> &'static str {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
+            Self::Knn => {
+                "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
+            }
             Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
         }
     }
@@ -46,6 +54,8 @@ impl Estimator {
 /// What an estimator keeps of the photons of a pass.
 pub(super) enum Structure {
     Bvh(PhotonMap),
+    /// With the number of photons to seek.
+    Knn(gather::KnnMap, u32),
     /// The deposits as they are.
     Brute,
 }
@@ -64,6 +74,10 @@ pub(super) fn build(
                 lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
             Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20))
         }
+        Estimator::Knn => {
+            let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
+            Structure::Knn(gather::knn_map(g, deposits, device.fences), k)
+        }
         Estimator::Brute => Structure::Brute,
     }
 }
@@ -78,6 +92,7 @@ pub(super) fn gather(
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
+        Structure::Knn(map, k) => gather::knn(g, (program, *k), points, (map, deposits), gathered),
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }

@@ -46,6 +46,8 @@ pub struct Settings {
     pub photons: Option<u32>,
     /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
     pub estimator: Option<Estimator>,
+    /// Photons of each class that [`Estimator::Knn`] seeks, 1 to 512; others are taken as the nearest of these.
+    pub knn_photons: u32,
     /// Kernel of the density estimate.
     pub weight: Weight,
     /// How large footprints are.
@@ -111,6 +113,7 @@ impl Default for Settings {
             seed: 0,
             photons: None,
             estimator: None,
+            knn_photons: 64,
             weight: Weight::default(),
             footprint: Footprint::default(),
             record: Record::default(),

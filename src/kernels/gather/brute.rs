@@ -54,16 +54,16 @@ pub(super) fn finish(
         return;
     }
     g.scope("finish", |g| {
-        let mut flags = g.buffer("unfinished", points.list.len());
-        let bind = GatherUnfinishedBindings {
-            list: points.list,
-            count: points.count,
-            gathered: &*gathered,
-            flags: &mut flags,
-        };
-        g.dispatch(GatherUnfinished, Grid::Indirect(points.args), (), bind);
-        let rest = SlotList::select(g, Items::Counted(points.count), &flags, points.list, points.list.len());
+        let rest = unfinished(g, points, gathered);
         let points = Points { hits: points.hits, list: &rest.list, count: &rest.count, args: &rest.args };
         brute(g, program, points, photons, gathered);
     });
+}
+
+/// The points at which an estimator gave up (UNFINISHED).
+pub(super) fn unfinished(g: &mut Graph, points: Points<'_>, gathered: &Buf<[f32; 4]>) -> SlotList {
+    let mut flags = g.buffer("unfinished", points.list.len());
+    let bind = GatherUnfinishedBindings { list: points.list, count: points.count, gathered, flags: &mut flags };
+    g.dispatch(GatherUnfinished, Grid::Indirect(points.args), (), bind);
+    SlotList::select(g, Items::Counted(points.count), &flags, points.list, points.list.len())
 }

@@ -3,11 +3,14 @@
 
 mod brute;
 mod bvh;
+mod knn;
 pub mod reference;
+pub mod reference_knn;
 mod split;
 
 pub use brute::brute;
 pub use bvh::bvh;
+pub use knn::{KnnMap, MAX_NEIGHBOURS, knn, knn_by_digits, knn_map};
 pub use split::{Listed, split};
 
 use super::eye::EyeHits;

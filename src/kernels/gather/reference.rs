@@ -76,15 +76,19 @@ pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     let height = dot(offset, normal) * float(photon.c[3]);
     let facing = dot(normal, oct_decode(hit.a[3]));
     let covers = r2 < 1.0 && height.abs() < 1.0 && facing > SAME_SURFACE;
-    let shape = match weight {
+    if covers { float(photon.d[3]).abs() * facing * shape(weight, r2) } else { 0.0 }
+}
+
+/// Weight at the squared relative radius `r2` <= 1 over the constant kernel's.
+pub(super) fn shape(weight: Weight, r2: f64) -> f64 {
+    match weight {
         Weight::Constant => 1.0,
         Weight::Cone => 0.2f64.min(1.0 - r2.sqrt()) / (0.2 * (0.2f64 * 0.2 / 3.0 - 0.2 + 1.0)),
         Weight::Epanechnikov => 2.0 * (1.0 - r2),
-    };
-    if covers { float(photon.d[3]).abs() * facing * shape } else { 0.0 }
+    }
 }
 
-fn float(word: u32) -> f64 {
+pub(super) fn float(word: u32) -> f64 {
     f64::from(f32::from_bits(word))
 }
 
