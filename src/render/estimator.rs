@@ -3,7 +3,7 @@
 use super::settings::Settings;
 use super::upload::DeviceScene;
 use crate::graph::{Buf, Graph, Lanes};
-use crate::kernels::gather::{self, Band, Points, Program};
+use crate::kernels::gather::{self, Band, HashGrid, Points, Program, hash};
 use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 
@@ -12,18 +12,21 @@ use crate::kernels::photon::{self, Deposits, PhotonMap};
 pub enum Estimator {
     /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
     Bvh,
+    /// A grid of cells in a hash table, one for each size of footprint (after Mara, Luebke and McGuire 2013).
+    Hash,
     /// Every photon at every eye hit: slow, the answer that the others must give.
     Brute,
 }
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Bvh, Self::Brute];
+    pub const ALL: [Self; 3] = [Self::Bvh, Self::Hash, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
+            Self::Hash => "hash",
             Self::Brute => "brute",
         }
     }
@@ -32,6 +35,7 @@ impl Estimator {
     pub fn help(self) -> &'static str {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
+            Self::Hash => "Hash grid, a level of cells for each size of footprint",
             Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
         }
     }
@@ -45,6 +49,7 @@ impl Estimator {
 /// What an estimator keeps of the photons of a pass.
 pub(super) enum Structure {
     Bvh(PhotonMap),
+    Hash(HashGrid),
     /// The deposits as they are.
     Brute,
 }
@@ -62,6 +67,7 @@ pub(super) fn build(
             let options = lbvh::Options { leaf_items: settings.leaf_photons, fences: device.fences };
             Structure::Bvh(photon::map(g, deposits, options))
         }
+        Estimator::Hash => Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default())),
         Estimator::Brute => Structure::Brute,
     }
 }
@@ -76,6 +82,7 @@ pub(super) fn gather(
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, map, gathered),
+        Structure::Hash(grid) => gather::hash(g, program, points, grid, gathered),
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }

@@ -3,11 +3,14 @@
 
 mod brute;
 mod bvh;
+pub mod hash;
+pub mod hash_reference;
 pub mod reference;
 mod split;
 
 pub use brute::brute;
 pub use bvh::bvh;
+pub use hash::{HashGrid, hash, hash_grid};
 pub use split::{Listed, split};
 
 use super::eye::EyeHits;
