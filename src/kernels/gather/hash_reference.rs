@@ -64,6 +64,14 @@ pub fn key(level: u32, place: [f32; 3], of: HashLevel, hash_bits: u32) -> u32 {
     level << HASH_BITS | hash.min(0x0fff_fffe)
 }
 
+/// The cells along an axis that a hit at `x` meets, ascending.
+pub fn cells_met(x: f32, of: HashLevel) -> Vec<f32> {
+    let (low, high) = (((x - of.radius) * of.scale).floor(), ((x + of.radius) * of.scale).floor());
+    // Beyond 2^23 not all whole numbers are floats.
+    let next = |cell: &f32| Some((cell + 1.0).max(cell.next_up()));
+    std::iter::successors(Some(low), next).take_while(|cell| *cell <= high).collect()
+}
+
 /// Keys of all photons in `levels` levels, and the order of the photons by key.
 pub fn file(photons: &[(Photon, Aabb)], cells: &[HashLevel], levels: u32, hash_bits: u32) -> Vec<(u32, u32)> {
     let largest = photons.iter().map(|(p, b)| extent(p, b)).fold(0f32, f32::max);
@@ -103,6 +111,31 @@ mod tests {
         let far: HashSet<u32> =
             (0..10_000u32).map(|k| coordinate(f32::from_bits(2f32.powi(44).to_bits() + k))).collect();
         assert!(far.len() > 9000, "{} of 10000", far.len());
+    }
+
+    /// No photon within the radius is in another cell than those that a hit meets, and these are two, or near the end of
+    /// the floats' precision at most five.
+    #[test]
+    fn a_hit_meets_few_cells_and_misses_none() {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let mut most = [0; 2];
+        for _ in 0..400_000 {
+            let radius = 2f32.powf(20.0 * random() - 10.0);
+            let of = levels(radius, &Aabb { min: [-1.0; 3], max: [1.0; 3] })[0];
+            let x = radius * 2f32.powf(50.0 * random()) * (if random() < 0.5 { -1.0 } else { 1.0 });
+            let met = cells_met(x, of);
+            let far = usize::from((x * of.scale).abs() > 32_768.0);
+            most[far] = most[far].max(met.len());
+            for p in [x - radius, x + radius, x, x + radius * (2.0 * random() - 1.0)] {
+                let within = (f64::from(p) - f64::from(x)).abs() <= f64::from(of.radius);
+                assert!(!within || met.contains(&(p * of.scale).floor()), "{p} is not met from {x}, radius {radius}");
+            }
+        }
+        assert!(most[0] == 2 && most[1] <= 5, "{most:?} cells, near and far");
     }
 
     /// Against integers of arbitrary length, reduced modulo 2^64 after each step.
