@@ -248,6 +248,7 @@ fn crowds_sizes_and_coordinates_at_their_limits() {
         ("a million sizes", scene(600, 1.0, 0.5, 1e-6), 0.01),
         ("tiny", scene(300, 1e-12, 1e-13, 0.1), 1e-13),
         ("huge", scene(300, 1e12, 1e11, 0.1), 1e11),
+        ("near the end of the floats", scene(300, 1e37, 3e36, 0.1), 1e36),
     ];
     for (what, discs, reach) in scenes {
         let mut hits = hits_around(&discs, 0.0, &mut Random(1));

@@ -39,6 +39,7 @@ struct Reach {
     uint level;
     vec3 low;  // first and last cell along each axis
     vec3 high;
+    float radius; // further away along any axis no photon counts
     bool more; // there are cells between the corners'
 };
 
@@ -52,7 +53,7 @@ float next_cell(float cell) {
 Reach reach_of(uint level, vec3 position, bool anything) {
     HashLevel of = levels[level];
     precise vec3 low = (position - of.radius) * of.scale, high = (position + of.radius) * of.scale;
-    Reach r = Reach(level, floor(low), floor(high), false);
+    Reach r = Reach(level, floor(low), floor(high), of.scale > 0.0 ? of.radius : INFINITY, false);
     // Neighbours or the same: in exact arithmetic always, and in floats up to 2^15 cells from the origin.
     r.more = anything && any(greaterThan(r.high - r.low, vec3(1.0)));
     uvec3 a = hash_coordinates(r.low), b = hash_coordinates(r.high);
@@ -119,7 +120,12 @@ void main() {
                 steps += LOOPS + end - i;
                 if (subgroupAny(steps > STEP_LIMIT)) break;
             }
-            for (; i < end; ++i) add_photon(sum, photons[i], x);
+            for (; i < end; ++i) {
+                // Most photons of a cell are too far away for all lanes: their centre tells, at a quarter of the loads.
+                vec3 offset = abs(x.s.position - uintBitsToFloat(photons[i].a.xyz));
+                if (subgroupAny(max_component(offset) <= reach.radius)) add_photon(sum, photons[i], x);
+                else if (COUNT_PAIRS) sum.tested += 1.0;
+            }
             key = subgroupMin(next_key(reach, key + 1u, steps));
         }
         if (STEP_LIMIT != 0u) {
