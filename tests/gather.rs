@@ -5,6 +5,7 @@ mod gather_support;
 use gather_support::support::Harness;
 use gather_support::{Light, difference, gathered, lambert, room};
 use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
 use nephroid::kernels::gather::{Points, Program, Weight, brute, bvh};
 use nephroid::kernels::generated::EyeHit;
@@ -14,7 +15,7 @@ use nephroid::kernels::photon::{self, Deposits};
 type Gather = fn(&mut Graph, Program, Points<'_>, &mut Deposits, &mut Buf<[f32; 4]>);
 
 /// Estimators that need no image.
-const ESTIMATORS: &[(&str, Gather)] = &[("brute", by_brute), ("bvh", by_bvh)];
+const ESTIMATORS: &[(&str, Gather)] = &[("brute", by_brute), ("bvh", by_bvh), ("hash", by_hash)];
 
 fn by_brute(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
     brute(g, program, points, (&deposits.photons, &deposits.count), target);
@@ -24,6 +25,11 @@ fn by_bvh(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut De
     let options = lbvh::Options { leaf_items: 8, fences: program.loop_limit.is_none() };
     let map = photon::map(g, deposits, options, false);
     bvh(g, program, points, (&map, deposits), target);
+}
+
+fn by_hash(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
+    let grid = hash_grid(g, deposits, HashOptions::default());
+    hash(g, program, points, &grid, target);
 }
 
 fn expected(hits: &[EyeHit], discs: &[Disc], weight: Weight) -> Vec<[[f64; 3]; 2]> {

@@ -4,7 +4,7 @@ use super::leaf_size;
 use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
 use crate::graph::{Buf, Graph, Lanes};
-use crate::kernels::gather::{self, Band, Points, Program};
+use crate::kernels::gather::{self, Band, HashGrid, Points, Program, hash};
 use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 
@@ -14,6 +14,8 @@ use crate::kernels::photon::{self, Deposits, PhotonMap};
 pub enum Estimator {
     /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
     Bvh,
+    /// A grid of cells in a hash table, one for each size of footprint (after Mara, Luebke and McGuire 2013).
+    Hash,
     /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
     /// than k footprints overlap.
     Knn,
@@ -23,12 +25,13 @@ pub enum Estimator {
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Bvh, Self::Knn, Self::Brute];
+    pub const ALL: [Self; 4] = [Self::Bvh, Self::Hash, Self::Knn, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
+            Self::Hash => "hash",
             Self::Knn => "knn",
             Self::Brute => "brute",
         }
@@ -38,6 +41,7 @@ impl Estimator {
     pub fn help(self) -> &'static str {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
+            Self::Hash => "Hash grid, a level of cells for each size of footprint",
             Self::Knn => {
                 "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
             }
@@ -54,6 +58,7 @@ impl Estimator {
 /// What an estimator keeps of the photons of a pass.
 pub(super) enum Structure {
     Bvh(PhotonMap),
+    Hash(HashGrid),
     /// With the number of photons to seek.
     Knn(gather::KnnMap, u32),
     /// The deposits as they are.
@@ -78,6 +83,7 @@ pub(super) fn build(
             let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
             Structure::Knn(gather::knn_map(g, deposits, device.fences), k)
         }
+        Estimator::Hash => Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default())),
         Estimator::Brute => Structure::Brute,
     }
 }
@@ -92,6 +98,7 @@ pub(super) fn gather(
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
+        Structure::Hash(grid) => gather::hash(g, program, points, grid, gathered),
         Structure::Knn(map, k) => gather::knn(g, (program, *k), points, (map, deposits), gathered),
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }

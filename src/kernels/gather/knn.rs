@@ -8,6 +8,7 @@
 use super::brute::unfinished;
 use super::{Points, Program};
 use crate::graph::{Buf, Graph, Grid};
+use crate::kernels::Items;
 use crate::kernels::generated::{
     GatherKnn, GatherKnnBindings, GatherKnnParams, KnnKey, KnnLeaves, KnnLeavesBindings, KnnLeavesParams, KnnLevel,
     KnnLevelBindings, KnnLevelParams, KnnNode, KnnSelect, KnnSelectBindings, KnnSelectParams, KnnSum, KnnSumBindings,
@@ -39,7 +40,9 @@ pub struct KnnMap {
 /// Builds the tree over the photons' centres. `fences` as in [`lbvh::Options`].
 pub fn knn_map(g: &mut Graph, deposits: &Deposits, fences: bool) -> KnnMap {
     // Only the order of the leaves is used, which is that of the codes.
-    let map = photon::map(g, deposits, lbvh::Options { leaf_items: 1, fences });
+    let options = lbvh::Options { leaf_items: 1, fences };
+    let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
+    let map = photon::in_order(g, deposits, tree, None);
     let leaves = map.photons.len().div_ceil(LEAF).next_power_of_two();
     let mut nodes = g.buffer("knn_nodes", 2 * leaves);
     let bind = KnnLeavesBindings {

@@ -3,6 +3,8 @@
 
 mod brute;
 mod bvh;
+pub mod hash;
+pub mod hash_reference;
 mod knn;
 pub mod reference;
 pub mod reference_knn;
@@ -10,6 +12,7 @@ mod split;
 
 pub use brute::brute;
 pub use bvh::bvh;
+pub use hash::{HashGrid, hash, hash_grid};
 pub use knn::{KnnMap, MAX_NEIGHBOURS, knn, knn_by_digits, knn_map};
 pub use split::{Listed, split};
 

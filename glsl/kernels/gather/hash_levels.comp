@@ -1,0 +1,29 @@
+// Radius and scale of the levels: the largest footprint of the pass decides, and each next level is for half that size.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 16) in;
+#include "lib/header.glsl"
+#include "shared/aabb.glsl"
+#include "lib/hash.glsl"
+
+layout(set = 0, binding = 16, scalar) readonly buffer Largest { uint largest[]; }; // bits of the largest extent
+layout(set = 0, binding = 17, scalar) readonly buffer Bounds { Aabb bounds[]; };   // of all footprints
+layout(set = 0, binding = 18, scalar) writeonly buffer Levels { HashLevel levels[]; };
+layout(set = 0, binding = 19, scalar) writeonly buffer InUse { uint in_use[]; };
+
+const float SMALL = 7.888609052210118e-31; // 2^-100
+const float LARGE = 1.329227995784916e36; // 2^120
+
+// A cell is a little wider than a hit looks, so that rounding does not make it meet three cells of an axis.
+const float WIDER = 1.015625;
+
+void main() {
+    uint level = gl_LocalInvocationID.x;
+    if (level == 0u) in_use[0] = 0u;
+    float reach = max(max_component(abs(bounds[0].min)), max_component(abs(bounds[0].max)));
+    // No smaller than 2^-100 of the coordinates, so that a coordinate in cells is always finite and no radius is denormal.
+    float radius = uintBitsToFloat(largest[0]) * uintBitsToFloat((127u - level) << 23);
+    radius = max(radius, max(SMALL, SMALL * reach));
+    // Near the end of the floats, and without photons, each level is one cell.
+    levels[level] = reach <= LARGE ? HashLevel(radius, 1.0 / (2.0 * WIDER * radius)) : HashLevel(0.0, 0.0);
+}

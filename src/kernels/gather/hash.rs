@@ -1,0 +1,179 @@
+//! Density estimation from a hash grid: the "HashGrid" of Mara, Luebke and McGuire 2013, with levels.
+//!
+//! The paper has one cell size, so that every photon's sphere has to reach as far as the largest one's. Footprints by
+//! photon differentials differ several hundredfold, and the few photons of diffuse light between caustic ones would make
+//! every cell a crowd. Here a photon is filed at the level of its size, levels a factor of two apart, and a hit visits
+//! eight cells of every level that is in use: up to 128 look-ups, against thousands of photons too many.
+//! [`Options::levels`] = 1 is the paper's grid, for comparisons.
+//!
+//! Photons are sorted by a 32-bit key of level and hashed cell and copied in that order, so that those of a cell are
+//! contiguous; an open-addressing table with quadratic probing and power-of-two size maps a key to its run. Two cells
+//! of a level may have one key: that costs tests. The table's layout may differ between runs, what is found does not.
+
+use super::brute::finish_always;
+use super::{Points, Program};
+use crate::graph::{Buf, Graph, Grid};
+use crate::kernels::generated::{
+    Aabb, GatherHash, GatherHashBindings, GatherHashParams, HashExtent, HashExtentBindings, HashFile, HashFileBindings,
+    HashInsert, HashInsertBindings, HashInsertParams, HashLevel, HashLevels, HashLevelsBindings, HashSlot, Photon,
+    PhotonSort, PhotonSortBindings,
+};
+use crate::kernels::photon::Deposits;
+use crate::kernels::{Items, reduce, sort};
+
+/// Most levels.
+pub const LEVELS: u32 = 16;
+
+/// Bits of a cell's hash.
+pub const HASH_BITS: u32 = 28;
+
+/// Key of what is in no cell; of the empty slots of the table.
+pub const NONE: u32 = u32::MAX;
+
+/// How to build.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Levels of cells, 1 to [`LEVELS`]; the last one takes all smaller photons.
+    pub levels: u32,
+    /// Bits of a cell's hash, 1 to [`HASH_BITS`]; fewer let cells share runs, for tests.
+    pub hash_bits: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { levels: LEVELS, hash_bits: HASH_BITS }
+    }
+}
+
+/// A hash grid on the device.
+#[derive(Debug)]
+pub struct HashGrid {
+    /// Photons in the order of their keys, those in no cell last.
+    pub photons: Buf<Photon>,
+    /// How many.
+    pub count: Buf<u32>,
+    /// Keys of the photons, ascending.
+    pub keys: Buf<u32>,
+    /// The deposits that the photons were.
+    pub order: Buf<u32>,
+    /// Slots, a power of two of at least twice as many as there is room for photons.
+    pub table: Buf<HashSlot>,
+    /// By the first photon of a run: one past its last one. Elsewhere anything.
+    pub ends: Buf<u32>,
+    /// The levels, [`LEVELS`].
+    pub levels: Buf<HashLevel>,
+    /// One word: bit l is set if level l has photons.
+    pub in_use: Buf<u32>,
+    /// Box of all footprints.
+    pub bounds: Buf<Aabb>,
+    hash_bits: u32,
+}
+
+/// Slots of the table for this many photons.
+pub fn slots(capacity: u32) -> u32 {
+    (2 * capacity).next_power_of_two().max(2)
+}
+
+/// Bytes of a grid with room for `capacity` photons, per photon: the photon (64), its key and place (8), the end of its
+/// run (4), and two to four slots of 8 bytes. Between 92 and 108.
+pub fn bytes_per_photon(capacity: u32) -> f64 {
+    64.0 + 8.0 + 4.0 + 8.0 * f64::from(slots(capacity)) / f64::from(capacity.max(1))
+}
+
+/// Builds the grid over the deposits.
+///
+/// # Panics
+/// If the options are out of range or there is room for more than 2^27 deposits.
+pub fn hash_grid(g: &mut Graph, deposits: &Deposits, options: Options) -> HashGrid {
+    assert!((1..=LEVELS).contains(&options.levels), "{} levels, 1 to {LEVELS} can be", options.levels);
+    assert!((1..=HASH_BITS).contains(&options.hash_bits), "{} bits, 1 to {HASH_BITS} can be", options.hash_bits);
+    let capacity = deposits.photons.len();
+    assert!(capacity <= 1 << 27, "{capacity} photons, at most 2^27 can be filed");
+    g.scope("hash grid", |g| {
+        let mut bounds = g.buffer("hash_bounds", 1);
+        reduce::bounds(g, Items::Counted(&deposits.count), &deposits.boxes, &mut bounds);
+        let (extents, largest) = extents(g, deposits);
+        let (mut levels, mut in_use) = (g.buffer("hash_levels", LEVELS), g.buffer("hash_in_use", 1));
+        let bind = HashLevelsBindings { largest: &largest, bounds: &bounds, levels: &mut levels, in_use: &mut in_use };
+        g.dispatch(HashLevels, Grid::Groups([1, 1]), (), bind);
+        let (mut keys, mut index) = (g.buffer("hash_keys", capacity), g.buffer("hash_index", capacity));
+        let bind = HashFileBindings {
+            count: &deposits.count,
+            photons: &deposits.photons,
+            boxes: &deposits.boxes,
+            extents: &extents,
+            largest: &largest,
+            levels: &levels,
+            keys: &mut keys,
+            index: &mut index,
+            in_use: &mut in_use,
+        };
+        let kernel = HashFile { levels: options.levels, hash_bits: options.hash_bits };
+        g.dispatch(kernel, Grid::Threads(capacity), (), bind);
+        let (keys, order) = sort::pairs(g, Items::Counted(&deposits.count), keys, index, 32);
+        let (table, ends) = insert(g, deposits, &keys);
+        let (photons, count) = sorted(g, deposits, &order);
+        HashGrid { photons, count, keys, order, table, ends, levels, in_use, bounds, hash_bits: options.hash_bits }
+    })
+}
+
+/// Half-extents of the photons' boxes, and the largest one, as bits of floats.
+fn extents(g: &mut Graph, deposits: &Deposits) -> (Buf<u32>, Buf<u32>) {
+    let capacity = deposits.photons.len();
+    let (mut extents, mut largest) = (g.buffer("hash_extents", capacity), g.buffer("hash_largest", 1));
+    let bind = HashExtentBindings {
+        count: &deposits.count,
+        photons: &deposits.photons,
+        boxes: &deposits.boxes,
+        extents: &mut extents,
+    };
+    g.dispatch(HashExtent, Grid::Threads(capacity), (), bind);
+    // Floats that are not negative are in the order of their bits.
+    reduce::u32s(g, Items::Counted(&deposits.count), reduce::Op::Max, &extents, &mut largest);
+    (extents, largest)
+}
+
+/// The table, and the ends of the runs.
+fn insert(g: &mut Graph, deposits: &Deposits, keys: &Buf<u32>) -> (Buf<HashSlot>, Buf<u32>) {
+    let capacity = deposits.photons.len();
+    let (mut table, mut ends) = (g.buffer("hash_table", slots(capacity)), g.buffer("hash_ends", capacity));
+    g.fill(&mut table, NONE);
+    let bind = HashInsertBindings { count: &deposits.count, keys, table: &mut table, ends: &mut ends };
+    g.dispatch(HashInsert, Grid::Threads(capacity), HashInsertParams { mask: slots(capacity) - 1 }, bind);
+    (table, ends)
+}
+
+fn sorted(g: &mut Graph, deposits: &Deposits, order: &Buf<u32>) -> (Buf<Photon>, Buf<u32>) {
+    let (mut photons, mut count) = (g.buffer("hash_photons", deposits.photons.len()), g.buffer("hash_count", 1));
+    let bind = PhotonSortBindings { order, count: &deposits.count, photons: &deposits.photons, sorted: &mut photons };
+    g.dispatch(PhotonSort, Grid::Threads(deposits.photons.len()), (), bind);
+    g.copy(&deposits.count, &mut count);
+    (photons, count)
+}
+
+/// Writes the gathered radiance of the listed slots: caustic, then other light.
+pub fn hash(g: &mut Graph, program: Program, points: Points<'_>, grid: &HashGrid, gathered: &mut Buf<[f32; 4]>) {
+    let kernel = GatherHash {
+        glossy: program.glossy,
+        smooth_normals: program.smooth_normals,
+        blinn_phong: program.blinn_phong,
+        weight: program.weight.code(),
+        count_pairs: program.count_pairs,
+        step_limit: program.step_limit(),
+        hash_bits: grid.hash_bits,
+    };
+    let bind = GatherHashBindings {
+        list: points.list,
+        count: points.count,
+        eye_hits: points.hits,
+        bounds: &grid.bounds,
+        levels: &grid.levels,
+        in_use: &grid.in_use,
+        table: &grid.table,
+        ends: &grid.ends,
+        photons: &grid.photons,
+        gathered,
+    };
+    g.dispatch(kernel, Grid::Indirect(points.args), GatherHashParams { mask: grid.table.len() - 1 }, bind);
+    finish_always(g, program, points, (&grid.photons, &grid.count), gathered);
+}
