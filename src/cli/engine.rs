@@ -78,6 +78,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         seed: (request.seed ^ (request.seed >> 32)) as u32,
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
         estimator: request.light.estimator,
+        sampling: request.light.sampling,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,

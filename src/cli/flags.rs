@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, Weight};
+use crate::render::{Estimator, Sampling, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -90,6 +90,13 @@ pub struct LightArgs {
     /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on the device]
     #[arg(long, value_name = "NAME", value_enum)]
     pub estimator: Option<Estimator>,
+
+    /// What part of the density estimation a pass does: `full`; `regular:K`, one pixel in each K x K, the others filled from
+    /// similar ones around them (edges of light stay blurred over K pixels); `stochastic:K`, one photon in K^2 by chance at
+    /// every pixel (more noise, no blur), with `:ratio` scaled by photons listed over photons visited (less noise, loses
+    /// light), with `:filter` smoothed among similar pixels. K is 2 ... 16
+    #[arg(long, value_name = "MODE", default_value = "full", value_parser = values::sampling)]
+    pub sampling: Sampling,
 
     /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
     /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene

@@ -136,6 +136,7 @@ pub(super) fn plan(
             let program = Program {
                 count_pairs: settings.count_pairs,
                 loop_limit: device.loop_limit,
+                walk: settings.sampling.walk(),
                 ..Program::of(device.variant, settings.weight)
             };
             let place = Band {
@@ -145,8 +146,12 @@ pub(super) fn plan(
                 pixels: band.pixels,
                 bends: device.variant.glossy,
             };
-            let points = (Points::from(&hits), place);
-            g.scope("gather", |g| estimator::gather(g, program, (structure, store), points, &mut gathered));
+            let points = (Points::new(&hits, &buffers.pass), place);
+            gathered = g.scope("gather", |g| {
+                settings.sampling.apply(g, points, gathered, |g, some, target| {
+                    estimator::gather(g, program, (structure, store), (some, place), target);
+                })
+            });
             if settings.count_pairs {
                 gathers.push(g.readback(&gathered));
             }

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::estimator::Estimator;
 use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
 use super::memory::Memory;
 use super::pixels;
@@ -68,7 +69,7 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist, [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::Usage`] for a camera that does not exist or sampling that the estimator cannot do, [`Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
@@ -79,6 +80,7 @@ impl Session {
             )));
         }
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        settings.sampling.check(settings.estimator.unwrap_or(Estimator::default_for(device_scene.lanes)))?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;

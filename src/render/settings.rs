@@ -1,6 +1,7 @@
 //! What a render needs to know besides the scene.
 
 use super::estimator::Estimator;
+use super::sampling::Sampling;
 use crate::kernels::gather::Weight;
 use crate::kernels::photon::Footprint;
 
@@ -19,6 +20,8 @@ pub struct Settings {
     pub photons: Option<u32>,
     /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
     pub estimator: Option<Estimator>,
+    /// What part of the work of density estimation a pass does.
+    pub sampling: Sampling,
     /// Kernel of the density estimate.
     pub weight: Weight,
     /// How large footprints are.
@@ -54,6 +57,7 @@ impl Default for Settings {
             seed: 0,
             photons: None,
             estimator: None,
+            sampling: Sampling::Full,
             weight: Weight::default(),
             footprint: Footprint::default(),
             blinn_phong: false,

@@ -26,9 +26,12 @@ pub fn brute(
         blinn_phong: program.blinn_phong,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
+        walk_stride: program.walk.stride,
+        walk_ratio: program.walk.ratio,
     };
     for first in (0..photons.0.len().max(1)).step_by(PHOTONS as usize) {
         let bind = GatherBruteBindings {
+            pass: points.pass,
             list: points.list,
             count: points.count,
             eye_hits: points.hits,
@@ -63,7 +66,6 @@ pub(super) fn finish(
         };
         g.dispatch(GatherUnfinished, Grid::Indirect(points.args), (), bind);
         let rest = SlotList::select(g, Items::Counted(points.count), &flags, points.list, points.list.len());
-        let points = Points { hits: points.hits, list: &rest.list, count: &rest.count, args: &rest.args };
-        brute(g, program, points, photons, gathered);
+        brute(g, program, points.part(&rest), photons, gathered);
     });
 }

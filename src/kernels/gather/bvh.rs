@@ -14,9 +14,12 @@ pub fn bvh(g: &mut Graph, program: Program, points: Points<'_>, map: &PhotonMap,
         blinn_phong: program.blinn_phong,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
+        walk_stride: program.walk.stride,
+        walk_ratio: program.walk.ratio,
         step_limit: program.step_limit(),
     };
     let bind = GatherBvhBindings {
+        pass: points.pass,
         list: points.list,
         count: points.count,
         eye_hits: points.hits,
