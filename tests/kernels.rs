@@ -52,6 +52,9 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
     ("photon_emit", "tests/extremes/lambert.rs", "fn case_05_point_light_by_photons"),
     ("photon_sort", "tests/extremes/lambert.rs", "fn case_04_integrating_sphere"),
+    ("sampling_choose", "tests/sampling.rs", "fn smooth_light_is_filled_in"),
+    ("sampling_fill", "tests/sampling.rs", "fn no_leak_across_a_step"),
+    ("sampling_filter", "tests/sampling.rs", "fn smooth_light_is_filled_in"),
     ("trace_list", "tests/extremes/lambert.rs", "fn case_01_furnace"),
 ];
 
