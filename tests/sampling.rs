@@ -84,9 +84,10 @@ fn the_stochastic_walk_is_unbiased() {
             let (mean, error) = bias(&part, &full, 64);
             println!("{name}, k = {k}: {mean:+.5} +- {error:.5}");
             assert!(error > 0.0 && mean.abs() < 3.5 * error, "{name}, k = {k}: off by {mean}, +- {error}");
-            let dimmed: Vec<f64> = part.iter().map(|x| 0.95 * x).collect();
-            let (mean, error) = bias(&dimmed, &full, 64);
-            assert!(mean.abs() > 3.5 * error, "{name}: 5 % must be noticed, not {mean} +- {error}");
+            let level = full.iter().sum::<f64>() / full.len() as f64;
+            let raised: Vec<f64> = part.iter().map(|x| x + 0.1 * level).collect();
+            let (mean, error) = bias(&raised, &full, 64);
+            assert!(mean.abs() > 3.5 * error, "{name}: 10 % must be noticed, not {mean} +- {error}");
         }
     }
 }
@@ -124,20 +125,43 @@ fn smooth_light_is_filled_in() {
     assert!((smooth.mean("indirect") / rough.mean("indirect") - 1.0).abs() < 0.01);
 }
 
-/// A bright table over a deep floor, with an edge along x = 0: no light of the one reaches the other.
+/// A bright table over a deep floor, with an edge along x = 0.5: no light of the one reaches the other.
 #[test]
 fn no_leak_across_a_step() {
-    let table = Mesh::quad([0.0, 0.0, 1.5], [1.5, 0.0, 0.0], [0.0, 0.0, -3.0]);
-    let floor = Mesh::quad([-4.0, -3.0, 4.0], [5.0, 0.0, 0.0], [0.0, 0.0, -8.0]);
-    check_edge(&below_a_mirror(vec![(table, grey(1.0)), (floor, grey(1.0))], 0.25), 3.0);
+    let table = Mesh::quad([0.5, 0.0, 1.5], [1.5, 0.0, 0.0], [0.0, 0.0, -3.0]);
+    let floor = Mesh::quad([-4.0, -3.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]);
+    check_sides(&below_a_mirror(vec![(table, grey(1.0)), (floor, grey(1.0))], 0.25));
 }
 
-/// A ridge along x = 0.75: one slope faces the light, the other turns away.
+/// A ridge along x = 0.5: one slope faces the light, the other turns away.
 #[test]
 fn no_leak_across_a_ridge() {
-    let lit = Mesh::quad([-1.75, -2.0, 1.5], [2.5, 2.0, 0.0], [0.0, 0.0, -3.0]);
-    let turned = Mesh::quad([0.75, 0.0, 1.5], [2.5, -2.0, 0.0], [0.0, 0.0, -3.0]);
-    check_edge(&below_a_mirror(vec![(lit, grey(1.0)), (turned, grey(1.0))], 0.25), 1.5);
+    let lit = Mesh::quad([-2.0, -2.0, 1.5], [2.5, 2.0, 0.0], [0.0, 0.0, -3.0]);
+    let turned = Mesh::quad([0.5, 0.0, 1.5], [2.0, -2.5, 0.0], [0.0, 0.0, -3.0]);
+    check_sides(&below_a_mirror(vec![(lit, grey(1.0)), (turned, grey(1.0))], 0.25));
+}
+
+/// How far columns leave the range that `full` has on their side of the edge, relative to the value that they pass.
+fn leak(found: &[f64], full: &[f64]) -> f64 {
+    let side = |range: std::ops::Range<usize>| {
+        let low = full[range.clone()].iter().copied().fold(f64::INFINITY, f64::min);
+        let high = full[range.clone()].iter().copied().fold(0.0, f64::max);
+        range.map(|x| (found[x] / high - 1.0).max(1.0 - found[x] / low)).fold(0.0, f64::max)
+    };
+    // Column 24 is the first one beyond the edge.
+    side(16..24).max(side(24..32))
+}
+
+/// On each side of an edge, all light is what full sampling finds somewhere on that side.
+fn check_sides(scene: &Scene) {
+    let full = columns(&take(scene, Sampling::Full, 12));
+    for sampling in [Sampling::Regular(4), Sampling::Regular(3), filtered(2)] {
+        let leak = leak(&columns(&take(scene, sampling, 12)), &full);
+        println!("{sampling:?}: {leak:.4}");
+        assert!(leak < 0.06, "{sampling:?}: a column is {leak} out of its side's range: {full:?}");
+    }
+    let leaked: Vec<f64> = (0..32).map(|x| 0.7 * full[x] + 0.3 * full[if x < 24 { 24 } else { 23 }]).collect();
+    assert!(leak(&leaked, &full) > 0.1, "a leak of a third of the light must be noticed: {full:?}");
 }
 
 /// A dark and a bright half of one plane: light is interpolated, not reflectance.
@@ -145,21 +169,17 @@ fn no_leak_across_a_ridge() {
 fn textures_stay_sharp() {
     let dark = Mesh::quad([-2.0, 0.0, 2.0], [2.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
     let bright = Mesh::quad([0.0, 0.0, 2.0], [2.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
-    check_edge(&below_a_mirror(vec![(dark, grey(0.2)), (bright, grey(1.0))], 0.25), 3.0);
-}
-
-/// Every column, those beside the edge among them, is what full sampling gives; somewhere neighbours differ by `contrast`.
-fn check_edge(scene: &Scene, contrast: f64) {
-    let full = columns(&take(scene, Sampling::Full, 12));
+    let scene = below_a_mirror(vec![(dark, grey(0.2)), (bright, grey(1.0))], 0.25);
+    let full = columns(&take(&scene, Sampling::Full, 12));
     for sampling in [Sampling::Regular(4), Sampling::Regular(3), filtered(2)] {
-        let found = columns(&take(scene, sampling, 12));
+        let found = columns(&take(&scene, sampling, 12));
         let (difference, at) = worst(&found, &full, 2..30);
         println!("{sampling:?}: {difference:.4} at column {at}");
         assert!(difference < 0.06, "{sampling:?}: column {at} is off by {difference}");
     }
     let shifted: Vec<f64> = (0..32).map(|x| full[(x + 1).min(31)]).collect();
     let (difference, at) = worst(&shifted, &full, 2..30);
-    assert!(difference > 1.0 - 1.0 / contrast, "neighbours at the edge differ by {difference} at {at}");
+    assert!(difference > 0.6, "neighbours at the edge differ by {difference} at {at}");
 }
 
 /// A strip one pixel wide, which most passes do not choose: it is estimated wherever nothing like it was.
@@ -182,15 +202,17 @@ fn thin_things_are_estimated() {
 fn images_smaller_than_a_block() {
     let floor = Mesh::quad([-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
     let scene = below_a_mirror(vec![(floor, grey(1.0))], 0.25);
-    for (width, height) in [(1, 1), (3, 2), (17, 1), (5, 19)] {
+    for (width, height) in [(1, 1), (3, 2), (1, 17), (5, 19)] {
         let mean = |sampling| {
             let settings = Settings { sampling, ..settings(width, height, 60_000) };
             Shot::take(&scene, &settings, 0..6).mean("caustic")
         };
         let full = mean(Sampling::Full);
-        for sampling in [Sampling::Regular(16), Sampling::Regular(2), filtered(4)] {
+        // A pixel or two from one photon in four are rough.
+        for (sampling, tolerance) in [(Sampling::Regular(16), 0.1), (Sampling::Regular(2), 0.1), (filtered(2), 0.3)] {
             let ratio = mean(sampling) / full;
-            assert!((ratio - 1.0).abs() < 0.1, "{width} x {height}, {sampling:?}: {ratio}");
+            println!("{width} x {height}, {sampling:?}: {ratio:.4}");
+            assert!((ratio - 1.0).abs() < tolerance, "{width} x {height}, {sampling:?}: {ratio}");
         }
     }
 }

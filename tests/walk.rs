@@ -65,7 +65,7 @@ fn expectations_are_those_of_theory() {
         for (k, photons) in [(2, 5), (4, 8), (4, 40)] {
             for ratio in [false, true] {
                 let walk = Walk { stride: k * k, ratio };
-                let (mean, error) = relative(&harness, *estimator, walk, photons, 1500);
+                let (mean, error) = relative(&harness, *estimator, walk, photons, 12_000);
                 let expected = walk.expectation(photons as u32);
                 println!("{name}, {walk:?}, {photons} photons: {mean:.4} +- {error:.4}, expected {expected:.4}");
                 assert!((mean - expected).abs() < 4.0 * error, "{name}, {walk:?}, {photons} photons: {mean}, {error}");
