@@ -69,6 +69,9 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("photon_radii", "tests/estimators.rs", "fn packing_adds_a_small_error"),
     ("photon_sort_records", "tests/estimators.rs", "fn packing_adds_a_small_error"),
     ("photon_sort", "tests/extremes/lambert.rs", "fn case_04_integrating_sphere"),
+    ("sampling_choose", "tests/sampling.rs", "fn smooth_light_is_filled_in"),
+    ("sampling_fill", "tests/sampling.rs", "fn no_leak_across_a_step"),
+    ("sampling_filter", "tests/sampling.rs", "fn smooth_light_is_filled_in"),
     ("trace_list", "tests/extremes/lambert.rs", "fn case_01_furnace"),
 ];
 

@@ -90,6 +90,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         estimator: request.light.estimator,
         photon_build: request.light.photon_build,
         knn_photons: request.light.knn_photons,
+        sampling: request.light.sampling,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
         record: request.light.photon_record,

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Record, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Sampling, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -98,6 +98,13 @@ pub struct LightArgs {
     /// Photons of each class (caustic, other) that `--estimator knn` seeks, 1 to 512: more is smoother
     #[arg(long, value_name = "K", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512), hide_short_help = true)]
     pub knn_photons: u32,
+
+    /// What part of the density estimation a pass does: `full`; `regular:K`, one pixel in each K x K, the others filled from
+    /// similar ones around them (edges of light stay blurred over K pixels); `stochastic:K`, one photon in K^2 by chance at
+    /// every pixel (more noise, no blur), with `:ratio` scaled by photons listed over photons visited (less noise, loses
+    /// light), with `:filter` smoothed among similar pixels. K is 2 ... 16
+    #[arg(long, value_name = "MODE", default_value = "full", value_parser = values::sampling)]
+    pub sampling: Sampling,
 
     /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
     /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene

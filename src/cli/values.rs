@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Record, Weight};
+use crate::render::{Estimator, PhotonBuild, Record, Sampling, Scale, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,6 +156,34 @@ pub fn footprint(text: &str) -> std::result::Result<FootprintRule, String> {
         }
         ["fixed", r] => Ok(FootprintRule::Fixed(radius(r)?)),
         _ => Err(expected()),
+    }
+}
+
+/// Parses `full`, `regular:4`, `stochastic:4`, `stochastic:4:ratio:filter`.
+pub fn sampling(text: &str) -> std::result::Result<Sampling, String> {
+    let (mode, rest) = text.split_once(':').map_or((text, None), |(mode, rest)| (mode, Some(rest)));
+    let (k, options) = rest.map_or((None, vec![]), |rest| {
+        let mut parts = rest.split(':');
+        (parts.next(), parts.collect::<Vec<_>>())
+    });
+    let k = || {
+        let k = k.and_then(|k| k.parse().ok()).filter(|k| Sampling::K.contains(k));
+        k.ok_or_else(|| format!("expected a whole number from 2 to 16 after the mode, for example {mode}:4"))
+    };
+    let wrong = |option: &str| format!("'{option}' is not an option of {mode}");
+    match (mode, &options[..]) {
+        ("full", []) if rest.is_none() => Ok(Sampling::Full),
+        ("regular", []) => Ok(Sampling::Regular(k()?)),
+        ("regular", [option, ..]) => Err(wrong(option)),
+        ("stochastic", options) => {
+            let k = k()?;
+            if let Some(option) = options.iter().find(|option| !["ratio", "filter"].contains(option)) {
+                return Err(wrong(option));
+            }
+            let scale = if options.contains(&"ratio") { Scale::Ratio } else { Scale::Unbiased };
+            Ok(Sampling::Stochastic { k, scale, filter: options.contains(&"filter") })
+        }
+        _ => Err("expected full, regular:K, stochastic:K, stochastic:K:ratio or stochastic:K:filter".into()),
     }
 }
 
@@ -340,6 +368,23 @@ mod tests {
         {
             assert!(footprint(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn samplings() {
+        let stochastic = |k, scale, filter| Ok(Sampling::Stochastic { k, scale, filter });
+        assert_eq!(sampling("full"), Ok(Sampling::Full));
+        assert_eq!(sampling("regular:16"), Ok(Sampling::Regular(16)));
+        assert_eq!(sampling("stochastic:2"), stochastic(2, Scale::Unbiased, false));
+        assert_eq!(sampling("stochastic:3:ratio"), stochastic(3, Scale::Ratio, false));
+        assert_eq!(sampling("stochastic:4:filter:ratio"), stochastic(4, Scale::Ratio, true));
+        for bad in ["", "full:2", "regular", "regular:", "regular:1", "regular:17", "regular:2:ratio", "stochastic"] {
+            assert!(sampling(bad).is_err(), "{bad}");
+        }
+        for bad in ["stochastic:0", "stochastic:-2", "stochastic:2:", "stochastic:2:x", "stochastic:ratio", "some:2"] {
+            assert!(sampling(bad).is_err(), "{bad}");
+        }
+        assert!(sampling("stochastic:4:best").is_err_and(|e| e.contains("'best'")));
     }
 
     #[test]

@@ -49,6 +49,14 @@ impl Estimator {
         }
     }
 
+    /// Whether it goes through lists of photons, of which a part can be skipped (`--sampling stochastic`).
+    pub fn walks(self) -> bool {
+        match self {
+            Self::Bvh | Self::Hash | Self::Brute => true,
+            Self::Knn => false,
+        }
+    }
+
     /// The fastest of them on a kind of device, as measured (ARCHITECTURE.md).
     pub fn default_for(_lanes: Lanes) -> Self {
         Self::Bvh

@@ -153,6 +153,7 @@ fn bands(
             let program = Program {
                 count_pairs: settings.count_pairs,
                 loop_limit: device.loop_limit,
+                walk: settings.sampling.walk(),
                 ..Program::of(device.variant, settings.weight)
             };
             let place = Band {
@@ -162,8 +163,12 @@ fn bands(
                 pixels: band.pixels,
                 bends: device.variant.glossy,
             };
-            let points = (Points::from(&hits), place);
-            g.scope("gather", |g| estimator::gather(g, program, stored, points, &mut gathered));
+            let points = (Points::new(&hits, &buffers.pass), place);
+            gathered = g.scope("gather", |g| {
+                settings.sampling.apply(g, points, gathered, |g, some, target| {
+                    estimator::gather(g, program, stored, (some, place), target);
+                })
+            });
             if settings.count_pairs {
                 reports.gathered.push(g.readback(&gathered));
             }

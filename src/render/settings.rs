@@ -1,6 +1,7 @@
 //! What a render needs to know besides the scene.
 
 use super::estimator::Estimator;
+use super::sampling::Sampling;
 use crate::graph::Lanes;
 use crate::kernels::gather::Weight;
 use crate::kernels::photon::Footprint;
@@ -48,6 +49,8 @@ pub struct Settings {
     pub estimator: Option<Estimator>,
     /// Photons of each class that [`Estimator::Knn`] seeks, 1 to 512; others are taken as the nearest of these.
     pub knn_photons: u32,
+    /// What part of the work of density estimation a pass does.
+    pub sampling: Sampling,
     /// Kernel of the density estimate.
     pub weight: Weight,
     /// How large footprints are.
@@ -114,6 +117,7 @@ impl Default for Settings {
             photons: None,
             estimator: None,
             knn_photons: 64,
+            sampling: Sampling::Full,
             weight: Weight::default(),
             footprint: Footprint::default(),
             record: Record::default(),

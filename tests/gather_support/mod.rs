@@ -8,8 +8,8 @@ pub mod support;
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::compact;
 use nephroid::kernels::gather::reference::Disc;
-use nephroid::kernels::gather::{Points, Program, Weight};
-use nephroid::kernels::generated::{Aabb, EyeHit, Photon};
+use nephroid::kernels::gather::{Points, Program, Walk, Weight};
+use nephroid::kernels::generated::{Aabb, EyeHit, Pass, Photon};
 use nephroid::kernels::photon::{COUNTERS, Deposits};
 use support::Harness;
 
@@ -24,6 +24,7 @@ pub fn lambert(harness: &Harness, weight: Weight) -> Program {
         blinn_phong: false,
         weight,
         count_pairs: true,
+        walk: Walk::FULL,
         loop_limit: harness.loop_limit(),
     }
 }
@@ -53,8 +54,9 @@ pub fn gathered(
         let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
         let count = counted(g, hits.len() as u32);
         let args = compact::dispatch_args(g, &count, hits.len() as u32, 64);
+        let pass = g.upload("pass", &[Pass { radius_scale: 1.0, ..Pass::default() }]);
         let mut target = g.import(output.memory());
-        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args };
+        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass };
         declare(g, points, &mut deposits, &mut target);
         g.keep(&target);
     });

@@ -8,12 +8,15 @@ layout(local_size_x = 64) in;
 #include "shared/photon.glsl"
 #define ESTIMATE_TOGETHER
 #include "lib/estimate.glsl"
+#include "lib/sampling.glsl"
+#include "lib/walk.glsl"
 
 layout(push_constant, scalar) uniform Params {
     uint first; // photon of this dispatch; with 0 the sums start from nothing
     uint most;  // photons of this dispatch
 } params;
 
+layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
@@ -29,8 +32,13 @@ void main() {
     Point x = point_of(eye_hits[slot]);
     Estimate sum = estimate_nothing();
     uint end = min(stored, params.first + params.most);
-    for (uint i = params.first; i < end; ++i) add_photon(sum, photons[i], x);
-    vec4 caustic = vec4(sum.caustic * x.factor, sum.tested), other = vec4(sum.other * x.factor, sum.accepted);
+    // Each range is walked for itself: steps have no memory, so nothing needs to be carried over.
+    Walk walk = walk_start(pass[0], j, params.first);
+    for (uint i = walk_enter(walk, params.first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
+        add_photon(sum, photons[i], x);
+    }
+    vec3 factor = x.factor * walk_scale(walk);
+    vec4 caustic = vec4(sum.caustic * factor, sum.tested), other = vec4(sum.other * factor, sum.accepted);
     if (params.first > 0u) {
         caustic += gathered[2u * slot];
         other += gathered[2u * slot + 1u];

@@ -13,10 +13,13 @@ layout(local_size_x = 64) in;
 #define ESTIMATE_TOGETHER
 #include "lib/estimate.glsl"
 #include "lib/packed_photon.glsl"
+#include "lib/sampling.glsl"
+#include "lib/walk.glsl"
 
 // Steps after which a walk is given up and marked UNFINISHED; 0: none.
 layout(constant_id = 22) const uint STEP_LIMIT = 0;
 
+layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
@@ -47,6 +50,7 @@ void main() {
     uint slot = list[j];
     Point x = point_of(eye_hits[slot]);
     Estimate sum = estimate_nothing();
+    Walk walk = walk_start(pass[0], j, 0u);
     uint top = 1u, steps = 0u;
     stack[0] = DONE;
     uint current = 0u;
@@ -67,10 +71,13 @@ void main() {
         uint first = current & BVH_FIRST_MASK;
         uint end = first + 1u + ((current & BVH_COUNT_MASK) / BVH_COUNT_ONE);
         if (STEP_LIMIT != 0u) steps += end - first;
-        for (uint i = first; i < end; ++i) add_photon(sum, load_photon(i), x);
+        for (uint i = walk_enter(walk, first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
+            add_photon(sum, load_photon(i), x);
+        }
         current = stack[--top];
     }
+    vec3 factor = x.factor * walk_scale(walk);
     bool unfinished = STEP_LIMIT != 0u && steps > STEP_LIMIT;
-    gathered[2u * slot] = unfinished ? vec4(UNFINISHED) : vec4(sum.caustic * x.factor, sum.tested);
-    gathered[2u * slot + 1u] = unfinished ? vec4(UNFINISHED) : vec4(sum.other * x.factor, sum.accepted);
+    gathered[2u * slot] = unfinished ? vec4(UNFINISHED) : vec4(sum.caustic * factor, sum.tested);
+    gathered[2u * slot + 1u] = unfinished ? vec4(UNFINISHED) : vec4(sum.other * factor, sum.accepted);
 }

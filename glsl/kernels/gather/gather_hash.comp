@@ -14,6 +14,8 @@ layout(local_size_x = 64) in;
 #include "lib/hash.glsl"
 #define ESTIMATE_TOGETHER
 #include "lib/estimate.glsl"
+#include "lib/sampling.glsl"
+#include "lib/walk.glsl"
 
 // Steps after which a hit is given up and marked UNFINISHED; 0: none.
 layout(constant_id = 22) const uint STEP_LIMIT = 0;
@@ -21,6 +23,7 @@ layout(constant_id = 22) const uint STEP_LIMIT = 0;
 const uint LOOPS = 10u;
 
 layout(push_constant, scalar) uniform Params { uint mask; } params; // slots of the table - 1
+layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
@@ -107,6 +110,7 @@ void main() {
     Estimate sum = estimate_nothing();
     bool anything = all(greaterThanEqual(x.s.position, bounds[0].min)) && all(lessThanEqual(x.s.position, bounds[0].max));
     uint steps = 0u, rest = in_use[0];
+    Walk walk = walk_start(pass[0], j, 0u);
     while (rest != 0u) {
         Reach reach = reach_of(uint(findLSB(rest)), x.s.position, anything);
         rest &= rest - 1u;
@@ -114,13 +118,13 @@ void main() {
         uint key = subgroupMin(next_key(reach, 0u, steps));
         while (key != HASH_NONE) {
             HashSlot run = find(key, steps);
-            uint i = run.key == key ? run.first : 0u;
-            uint end = run.key == key ? ends[i] : 0u;
+            uint first = run.key == key ? run.first : 0u;
+            uint end = run.key == key ? ends[first] : 0u;
             if (STEP_LIMIT != 0u) {
-                steps += LOOPS + end - i;
+                steps += LOOPS + end - first;
                 if (subgroupAny(steps > STEP_LIMIT)) break;
             }
-            for (; i < end; ++i) {
+            for (uint i = walk_enter(walk, first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
                 // Most photons of a cell are too far away for all lanes: their centre tells, at a quarter of the loads.
                 vec3 offset = abs(x.s.position - uintBitsToFloat(photons[i].a.xyz));
                 if (subgroupAny(max_component(offset) <= reach.radius)) add_photon(sum, photons[i], x);
@@ -133,6 +137,7 @@ void main() {
         }
     }
     bool unfinished = STEP_LIMIT != 0u && subgroupAny(steps > STEP_LIMIT);
-    gathered[2u * slot] = unfinished ? vec4(UNFINISHED) : vec4(sum.caustic * x.factor, sum.tested);
-    gathered[2u * slot + 1u] = unfinished ? vec4(UNFINISHED) : vec4(sum.other * x.factor, sum.accepted);
+    vec3 factor = x.factor * walk_scale(walk);
+    gathered[2u * slot] = unfinished ? vec4(UNFINISHED) : vec4(sum.caustic * factor, sum.tested);
+    gathered[2u * slot + 1u] = unfinished ? vec4(UNFINISHED) : vec4(sum.other * factor, sum.accepted);
 }

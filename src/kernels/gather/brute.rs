@@ -26,9 +26,12 @@ pub fn brute(
         blinn_phong: program.blinn_phong,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
+        walk_stride: program.walk.stride,
+        walk_ratio: program.walk.ratio,
     };
     for first in (0..photons.0.len().max(1)).step_by(PHOTONS as usize) {
         let bind = GatherBruteBindings {
+            pass: points.pass,
             list: points.list,
             count: points.count,
             eye_hits: points.hits,
@@ -68,8 +71,7 @@ pub(super) fn finish_always(
     }
     g.scope("finish", |g| {
         let rest = unfinished(g, points, gathered);
-        let points = Points { hits: points.hits, list: &rest.list, count: &rest.count, args: &rest.args };
-        brute(g, program, points, photons, gathered);
+        brute(g, program, points.part(&rest), photons, gathered);
     });
 }
 

@@ -22,10 +22,13 @@ pub fn bvh(
         blinn_phong: program.blinn_phong,
         weight: program.weight.code(),
         count_pairs: program.count_pairs,
+        walk_stride: program.walk.stride,
+        walk_ratio: program.walk.ratio,
         step_limit: program.step_limit(),
         record: if map.records.is_some() { 20 } else { 0 },
     };
     let bind = GatherBvhBindings {
+        pass: points.pass,
         list: points.list,
         count: points.count,
         eye_hits: points.hits,

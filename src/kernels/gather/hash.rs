@@ -161,8 +161,11 @@ pub fn hash(g: &mut Graph, program: Program, points: Points<'_>, grid: &HashGrid
         count_pairs: program.count_pairs,
         step_limit: program.step_limit(),
         hash_bits: grid.hash_bits,
+        walk_stride: program.walk.stride,
+        walk_ratio: program.walk.ratio,
     };
     let bind = GatherHashBindings {
+        pass: points.pass,
         list: points.list,
         count: points.count,
         eye_hits: points.hits,

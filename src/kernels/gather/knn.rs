@@ -97,8 +97,7 @@ pub fn knn(
     if program.loop_limit.is_some() && deposits.photons.len() > step_limit(&program) / 16 {
         g.scope("finish", |g| {
             let rest = unfinished(g, points, gathered);
-            let points = Points { hits: points.hits, list: &rest.list, count: &rest.count, args: &rest.args };
-            knn_by_digits(g, (program, k), points, deposits, gathered);
+            knn_by_digits(g, (program, k), points.part(&rest), deposits, gathered);
         });
     }
 }

@@ -8,18 +8,20 @@ pub mod hash_reference;
 mod knn;
 pub mod reference;
 pub mod reference_knn;
+mod sampling;
 mod split;
 
 pub use brute::brute;
 pub use bvh::bvh;
 pub use hash::{HashGrid, hash, hash_grid};
 pub use knn::{KnnMap, MAX_NEIGHBOURS, knn, knn_by_digits, knn_map};
+pub use sampling::{Walk, filter, regular};
 pub use split::{Listed, split};
 
-use super::eye::EyeHits;
+use super::eye::{EyeHits, SlotList};
 use super::scene_data::Variant;
 use crate::graph::{Buf, DispatchArgs};
-use crate::kernels::generated::{Camera, EyeHit};
+use crate::kernels::generated::{Camera, EyeHit, Pass};
 
 /// Kernel of the density estimate: weight of a photon within its footprint. Each integrates to one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -54,6 +56,8 @@ pub struct Program {
     /// Leaves the number of photons tested in the fourth component of the caustic light, and of those that counted in
     /// that of the other light: for measurements. Otherwise both are 0.
     pub count_pairs: bool,
+    /// How lists of photons are gone through.
+    pub walk: Walk,
     /// Loop iterations that the driver runs in an invocation, if it ends loops ([`crate::vk::Device::loop_limit`]).
     pub loop_limit: Option<u32>,
 }
@@ -67,6 +71,7 @@ impl Program {
             blinn_phong: v.blinn_phong && v.gathers_glossy,
             weight,
             count_pairs: false,
+            walk: Walk::FULL,
             loop_limit: None,
         }
     }
@@ -88,11 +93,22 @@ pub struct Points<'a> {
     pub count: &'a Buf<u32>,
     /// Groups of 64 for one invocation per listed slot.
     pub args: &'a Buf<DispatchArgs>,
+    /// The pass, for random numbers.
+    pub pass: &'a Buf<Pass>,
 }
 
-impl<'a> From<&'a EyeHits> for Points<'a> {
-    fn from(eye: &'a EyeHits) -> Self {
-        Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args }
+impl<'a> Points<'a> {
+    /// All hits of a band.
+    pub fn new(eye: &'a EyeHits, pass: &'a Buf<Pass>) -> Self {
+        Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args, pass }
+    }
+
+    /// Those in a list of slots.
+    pub(super) fn part<'b>(self, slots: &'b SlotList) -> Points<'b>
+    where
+        'a: 'b,
+    {
+        Points { list: &slots.list, count: &slots.count, args: &slots.args, ..self }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Hits at their pixel's place in space, and hits seen by way of mirrors and glass.
 
 use super::Points;
-use crate::graph::{Buf, DispatchArgs, Graph, Grid};
+use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::Items;
 use crate::kernels::eye::SlotList;
-use crate::kernels::generated::{EyeHit, GatherSplit, GatherSplitBindings};
+use crate::kernels::generated::{GatherSplit, GatherSplitBindings};
 
 /// A list of slots with hits.
 pub struct Listed {
@@ -12,10 +12,9 @@ pub struct Listed {
 }
 
 impl Listed {
-    /// The hits of this list.
-    pub fn points<'a>(&'a self, hits: &'a Buf<EyeHit>) -> Points<'a> {
-        let args: &Buf<DispatchArgs> = &self.list.args;
-        Points { hits, list: &self.list.list, count: &self.list.count, args }
+    /// The hits of this list, which was split from `all`.
+    pub fn points<'a>(&'a self, all: Points<'a>) -> Points<'a> {
+        all.part(&self.list)
     }
 }
 
