@@ -5,7 +5,11 @@
 //! has timestamps.
 
 mod blobs;
+pub mod estimators;
+pub mod fit;
+pub mod growth;
 mod host_sort;
+pub mod plot;
 mod primitives;
 mod rays;
 mod scene;

@@ -2,6 +2,7 @@
 
 mod casters;
 mod estimator;
+mod estimator_bytes;
 mod frame;
 mod lights;
 mod memory;
@@ -15,6 +16,7 @@ mod upload;
 pub use crate::kernels::gather::Weight;
 pub use crate::kernels::photon::Footprint;
 pub use estimator::Estimator;
+pub use estimator_bytes::EstimatorBytes;
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Outcome, Session, Statistics};
 pub use settings::{Record, Settings};

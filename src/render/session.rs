@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
+use super::estimator_bytes::{self, EstimatorBytes};
+use super::frame::{self, FilmState, Frame, PhotonBudget, slots_per_pixel};
 use super::memory::Memory;
 use super::pixels;
 use super::settings::Settings;
@@ -80,6 +81,9 @@ impl Session {
         }
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
+        if settings.lambert_estimate {
+            (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
+        }
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let frame = Frame::new(runtime, (&scene, &device_scene), &settings, &budget, &state)?;
@@ -199,6 +203,13 @@ impl Session {
         self.frame.executable.device_bytes()
     }
 
+    /// Bytes of the estimator; `None` without photons.
+    pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
+        let plan =
+            |budget: &PhotonBudget| frame::plan(&self.scene, &self.device_scene, &self.settings, budget, &self.state).0;
+        estimator_bytes::of(plan, &self.budget)
+    }
+
     /// Counts so far.
     pub fn statistics(&self) -> Result<Statistics> {
         let rejected = u64::from(self.runtime.download(&self.state.rejected)?[0]);
@@ -290,7 +301,7 @@ fn set_layers(layers: &mut [Vec<f32>], place: usize, pixel: &[[f32; 4]], scale: 
 
 /// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
 pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
-    let total = settings.photons.unwrap_or_else(|| (settings.pixels() * 2).clamp(1 << 16, 1 << 19));
+    let total = settings.photon_count();
     if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
         return PhotonBudget { emissions: vec![], capacity: 0 };
     }

@@ -43,6 +43,10 @@ pub struct Settings {
     pub leaf_photons: u32,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
+    /// Gathers with the kernels of a scene that has nothing but Lambert's law and flat triangles, whatever the scene has: to
+    /// measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the reflectance counts
+    /// that is stored there, which is wrong where the surface is glossy.
+    pub lambert_estimate: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
 }
@@ -80,6 +84,7 @@ impl Default for Settings {
             alpha: 2.0 / 3.0,
             leaf_photons: 8,
             full_program: false,
+            lambert_estimate: false,
             count_pairs: false,
         }
     }
@@ -89,6 +94,11 @@ impl Settings {
     /// Pixels of the image.
     pub fn pixels(&self) -> u32 {
         self.width * self.height
+    }
+
+    /// Photons emitted per pass over both classes: two per pixel within bounds, if not set.
+    pub fn photon_count(&self) -> u32 {
+        self.photons.unwrap_or_else(|| (self.pixels() * 2).clamp(1 << 16, 1 << 19))
     }
 
     /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1
