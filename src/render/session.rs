@@ -12,12 +12,9 @@ use crate::error::{Error, Result};
 use crate::film::image::{Channels, Picture};
 use crate::graph::{Runtime, Timing};
 use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
-use crate::kernels::generated::Pass;
+use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
 use crate::scene::Scene;
-
-/// Most deposits of one pass: 64 bytes each in one binding of the smallest allowed range, 128 MiB.
-const MOST_DEPOSITS: u32 = (1 << 21) - 1;
 
 /// Counts over all passes so far.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -121,16 +118,16 @@ impl Session {
 
     /// Makes room for deposits that did not fit; the pass was not added and is repeated.
     fn grow(&mut self, overflow: u64) -> Result<()> {
-        let wanted = (u64::from(self.budget.capacity) + overflow) * 5 / 4;
-        if wanted > u64::from(MOST_DEPOSITS) {
+        let (needed, most) = (u64::from(self.budget.capacity) + overflow, u64::from(self.device_scene.most_deposits));
+        if needed > most {
             return Err(Error::OutOfMemory {
                 object: "photon map".into(),
-                bytes: wanted * 64,
-                advice: format!("a pass stores at most {MOST_DEPOSITS} photons; lower --photons"),
+                bytes: needed * size_of::<Photon>() as u64,
+                advice: format!("a pass stores at most {most} photons on this device; lower --photons"),
             });
         }
         self.statistics.repeated += 1;
-        self.budget.capacity = wanted as u32;
+        self.budget.capacity = (needed * 5 / 4).min(most) as u32;
         let content = (&self.scene, &self.device_scene);
         self.frame = Frame::new(&self.runtime, content, &self.settings, &self.budget, &self.state)?;
         Ok(())
@@ -326,5 +323,5 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
         vec![global(total)]
     };
     let capacity = u64::from(total) * 2;
-    PhotonBudget { emissions, capacity: capacity.min(u64::from(MOST_DEPOSITS)) as u32 }
+    PhotonBudget { emissions, capacity: capacity.min(u64::from(device.most_deposits)) as u32 }
 }
