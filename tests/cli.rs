@@ -97,9 +97,17 @@ fn bad_files_exit_with_2_and_leave_nothing() {
 #[test]
 fn help_and_version_exit_with_0() {
     let folder = folder();
-    for line in
-        ["--help", "-h", "help render", "render --help", "compare -h", "info --help", "devices --help", "bench --help"]
-    {
+    for line in [
+        "--help",
+        "-h",
+        "help render",
+        "render --help",
+        "compare -h",
+        "info --help",
+        "devices --help",
+        "bench --help",
+        "bench estimators --help",
+    ] {
         let output = nephroid(line, folder.path());
         assert_eq!(output.status.code(), Some(0), "{line}");
         assert!(text(&output.stdout).contains("Usage: nephroid"), "{line}");

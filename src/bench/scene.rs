@@ -101,10 +101,10 @@ fn settings(effort: Effort, count_pairs: bool) -> Settings {
 }
 
 /// Device seconds of the scopes with one of these names in the last pass.
-fn seconds_in(session: &Session, names: &[&str]) -> f64 {
+pub(super) fn seconds_in(session: &Session, names: &[&str]) -> f64 {
     let timings = session.timings();
     let chosen = timings.iter().filter(|t| t.depth == 0 && names.contains(&t.name.as_str()));
-    chosen.map(|t| (t.end_ns - t.start_ns) as f64 * 1e-9).sum()
+    chosen.map(|t| (t.end_ns - t.start_ns) as f64 * 1e-9).fold(0.0, |sum, seconds| sum + seconds)
 }
 
 /// Photons from emission to deposit, the photon map, and whole passes. None where the scene has no photons or the device

@@ -1,4 +1,4 @@
-//! `nephroid bench`: the speed of each kernel beside its floor.
+//! `nephroid bench`: the speed of each kernel beside its floor; its subcommands have files of their own.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
+use super::bench_estimators::{self, EstimatorsArgs};
 use super::bench_photon_map::{self, PhotonMapArgs};
 use super::engine;
 use super::flags::DeviceArgs;
@@ -24,23 +25,17 @@ Examples:
   nephroid bench --device cpu ring.gltf pool.gltf
   nephroid bench --json > rates.json
   nephroid bench photon-map ring.gltf pool.gltf
+  nephroid bench estimators kitchen.glb
 
 Columns: the median time of a run; items a second; bytes a second as the floor counts them; the rate as
 a share of what the floor allows. The floor is the least an item can cost: bytes moved at the speed of a
 copy, or instructions at the speed of a chain of multiplications, both measured in the same run.";
 
-/// Tables by name.
-#[derive(Debug, Subcommand)]
-pub enum Table {
-    /// Compare builders and leaf sizes of the photon map.
-    PhotonMap(PhotonMapArgs),
-}
-
 /// Flags of `nephroid bench`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// What else can be measured.
+    /// What to measure instead.
     #[command(subcommand)]
     pub table: Option<Table>,
 
@@ -61,14 +56,28 @@ pub struct BenchArgs {
     pub device: DeviceArgs,
 }
 
+/// Measurements with tables of their own.
+#[derive(Debug, Subcommand)]
+pub enum Table {
+    /// Compare the density estimators: the same photons, time, pairs and memory of each
+    Estimators(EstimatorsArgs),
+    /// Compare builders and leaf sizes of the photon map, and count its photons
+    PhotonMap(PhotonMapArgs),
+}
+
 /// Measures scan, sort, tree build, rays, photons and gathering, and prints a table.
 ///
 /// # Errors
 /// Those of the device, and of loading the scenes.
 pub fn run(args: &BenchArgs) -> Result<()> {
-    if let Some(Table::PhotonMap(args)) = &args.table {
-        return bench_photon_map::run(args);
+    match &args.table {
+        Some(Table::PhotonMap(args)) => bench_photon_map::run(args),
+        Some(Table::Estimators(args)) => bench_estimators::run(args),
+        None => rates(args),
     }
+}
+
+fn rates(args: &BenchArgs) -> Result<()> {
     args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
     // All are loaded before anything is measured: a bad one is found now rather than in ten minutes.
     let mut loaded =
@@ -101,7 +110,7 @@ pub(super) fn spinner() -> ProgressBar {
 }
 
 /// What was measured on.
-struct Machine {
+pub(super) struct Machine {
     device: String,
     driver: String,
     kind: String,
@@ -110,7 +119,7 @@ struct Machine {
 }
 
 impl Machine {
-    fn of(runtime: &Runtime) -> Self {
+    pub(super) fn of(runtime: &Runtime) -> Self {
         let info = runtime.device().info();
         // Linux only; elsewhere unknown.
         let load = std::fs::read_to_string("/proc/loadavg").ok();
@@ -121,6 +130,35 @@ impl Machine {
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             load: load.and_then(|text| text.split_whitespace().next()?.parse().ok()),
         }
+    }
+
+    #[cfg(test)]
+    pub(super) fn example() -> Self {
+        Self { device: "d".into(), driver: "v".into(), kind: "software".into(), cores: 2, load: None }
+    }
+
+    /// The first lines of every table.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let Self { device, driver, kind, cores, load } = self;
+        let load = load.map_or(String::new(), |load| format!(", load average {load:.2}"));
+        vec![
+            format!("{device}, {kind}, driver {driver}"),
+            format!("{cores} CPU threads{load}; nephroid {}", env!("CARGO_PKG_VERSION")),
+        ]
+    }
+
+    /// The same as members of an object.
+    pub(super) fn json(&self) -> serde_json::Map<String, Value> {
+        let Self { device, driver, kind, cores, load } = self;
+        let members = [
+            ("version", json!(env!("CARGO_PKG_VERSION"))),
+            ("device", json!(device)),
+            ("driver", json!(driver)),
+            ("kind", json!(kind)),
+            ("cpu_threads", json!(cores)),
+            ("load_average", json!(load)),
+        ];
+        members.map(|(name, value)| (name.to_owned(), value)).into_iter().collect()
     }
 }
 
@@ -135,12 +173,7 @@ struct Report {
 
 impl Report {
     fn text(&self) -> String {
-        let Machine { device, driver, kind, cores, load } = &self.machine;
-        let load = load.map_or(String::new(), |load| format!(", load average {load:.2}"));
-        let mut lines = vec![
-            format!("{device}, {kind}, driver {driver}"),
-            format!("{cores} CPU threads{load}; nephroid {}", env!("CARGO_PKG_VERSION")),
-        ];
+        let mut lines = self.machine.lines();
         if self.effort.is_quick() {
             lines.push("sizes too small for a measurement: these numbers mean nothing".into());
         }
@@ -179,20 +212,22 @@ impl Report {
     }
 
     fn json(&self) -> Value {
-        let Machine { device, driver, kind, cores, load } = &self.machine;
         let rates = |rates: &[Rate]| rates.iter().map(|rate| self.rate_json(rate)).collect::<Value>();
         let scene = |s: &SceneReport| {
             json!({
                 "scene": s.name, "triangles": s.triangles, "device_peak_bytes": s.peak_bytes, "rates": rates(&s.rates),
             })
         };
-        json!({
-            "version": env!("CARGO_PKG_VERSION"), "device": device, "driver": driver, "kind": kind,
-            "cpu_threads": cores, "load_average": load, "meaningless": self.effort.is_quick(),
-            "copy_bytes_per_second": self.yardstick.bytes_per_second,
-            "instructions_per_second": self.yardstick.instructions_per_second,
-            "rates": rates(&self.primitives), "scenes": self.scenes.iter().map(scene).collect::<Value>(),
-        })
+        let own = [
+            ("meaningless", json!(self.effort.is_quick())),
+            ("copy_bytes_per_second", json!(self.yardstick.bytes_per_second)),
+            ("instructions_per_second", json!(self.yardstick.instructions_per_second)),
+            ("rates", rates(&self.primitives)),
+            ("scenes", self.scenes.iter().map(scene).collect()),
+        ];
+        let mut report = self.machine.json();
+        report.extend(own.map(|(name, value)| (name.to_owned(), value)));
+        Value::Object(report)
     }
 
     fn rate_json(&self, rate: &Rate) -> Value {
@@ -215,8 +250,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn scenes_of_its_own_and_a_table_exclude_each_other() {
+        use clap::Parser;
+        #[derive(Debug, Parser)]
+        struct Line {
+            #[command(flatten)]
+            args: BenchArgs,
+        }
+        let parsed = |line: &str| Line::try_parse_from(line.split(' ')).map(|line| line.args);
+        let plain = parsed("bench a.glb b.glb --json").expect("scenes");
+        assert!(plain.table.is_none() && plain.scenes.len() == 2);
+        let Some(Table::Estimators(args)) = parsed("bench estimators a.glb").expect("a table").table else {
+            panic!("no table");
+        };
+        assert_eq!(args.scenes, [PathBuf::from("a.glb")]);
+        let files = parsed("bench --json estimators").expect("after a flag it is a file's name");
+        assert!(files.table.is_none() && files.scenes == [PathBuf::from("estimators")]);
+        assert!(parsed("bench estimators").is_err(), "a scene is needed");
+    }
+
+    #[test]
     fn a_line_has_time_rate_and_share_of_the_floor() {
-        let machine = Machine { device: "d".into(), driver: "v".into(), kind: "software".into(), cores: 2, load: None };
+        let machine = Machine::example();
         let yardstick = Yardstick { bytes_per_second: 10e9, instructions_per_second: 1e9 };
         let rate =
             |floor| Rate { name: "sort", items: 1 << 20, unit: "pairs", seconds: 0.0209, floor, note: "1.35 x".into() };

@@ -105,7 +105,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
 /// Smallest and largest radius of `--footprint density` in scene radii: the range that differentials mostly give.
 const DENSITY_RADII: [f32; 2] = [0.002, 0.02];
 
-fn footprint(rule: FootprintRule, scene: &Scene) -> Footprint {
+pub(super) fn footprint(rule: FootprintRule, scene: &Scene) -> Footprint {
     match rule {
         FootprintRule::Differential => Footprint::Differential,
         FootprintRule::Fixed(radius) => Footprint::Fixed(radius),

@@ -4,10 +4,12 @@
 //! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 130 interrupted.
 
 pub mod bench;
+pub mod bench_estimators;
 pub mod bench_photon_map;
 pub mod compare;
 pub mod devices;
 mod engine;
+mod estimator_report;
 pub mod flags;
 pub mod flags_post;
 pub mod info;
@@ -158,7 +160,8 @@ mod tests {
 
     #[test]
     fn every_flag_and_command_has_a_help_text() {
-        for command in Cli::command().get_subcommands() {
+        let cli = Cli::command();
+        for command in cli.get_subcommands().flat_map(|c| std::iter::once(c).chain(c.get_subcommands())) {
             assert!(command.get_about().is_some(), "{}", command.get_name());
             for argument in command.get_arguments() {
                 assert!(argument.get_help().is_some(), "{} {}", command.get_name(), argument.get_id());

@@ -4,6 +4,7 @@ use bytemuck::Pod;
 
 use crate::error::Result;
 use crate::graph::{Lanes, Persistent, Runtime};
+use crate::kernels::generated::Photon;
 use crate::vk::DeviceKind;
 
 /// A device, or nothing at all: plans can be made without one, and looked at.
@@ -38,6 +39,13 @@ impl Memory<'_> {
             Self::Device(runtime) => runtime.device().info().limits.storage_range,
             Self::Nowhere(_) => u64::MAX,
         }
+    }
+
+    /// Photons that a pass can store: no record of a photon is longer than a deposit, and one binding shows all of them. The
+    /// least range that is allowed, 128 MiB, has room for two million; beyond sixteen million a render is better served by
+    /// more passes.
+    pub fn most_deposits(&self) -> u32 {
+        (self.longest_binding() / size_of::<Photon>() as u64).min(1 << 24) as u32 - 1
     }
 
     /// Loop iterations that the driver runs in an invocation, if it ends loops.

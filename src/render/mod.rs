@@ -2,6 +2,7 @@
 
 mod casters;
 mod estimator;
+mod estimator_bytes;
 mod frame;
 mod host_map;
 mod leaf_size;
@@ -19,6 +20,7 @@ mod upload;
 pub use crate::kernels::gather::Weight;
 pub use crate::kernels::photon::Footprint;
 pub use estimator::Estimator;
+pub use estimator_bytes::EstimatorBytes;
 pub use leaf_size::{automatic as automatic_leaf, coverage};
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use sampling::{Sampling, Scale};

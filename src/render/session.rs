@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use super::estimator::Estimator;
-use super::frame::{Content, FilmState, PhotonBudget, slots_per_pixel};
+use super::estimator_bytes::{self, EstimatorBytes};
+use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
 use super::leaf_size;
 use super::memory::Memory;
 use super::pixels;
@@ -17,9 +18,6 @@ use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
 use crate::scene::{Projection, Scene};
-
-/// Most deposits of one pass: 64 bytes each in one binding of the smallest allowed range, 128 MiB.
-const MOST_DEPOSITS: u32 = (1 << 21) - 1;
 
 /// Counts over all passes so far.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -87,6 +85,9 @@ impl Session {
         settings.sampling.check(settings.estimator.unwrap_or(Estimator::default_for(device_scene.lanes)))?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         device_scene.variant.lens |= settings.lens.is_some();
+        if settings.lambert_estimate {
+            (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
+        }
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
@@ -124,16 +125,16 @@ impl Session {
 
     /// Makes room for deposits that did not fit; the pass was not added and is repeated.
     fn grow(&mut self, overflow: u64) -> Result<()> {
-        let wanted = (u64::from(self.budget.capacity) + overflow) * 5 / 4;
-        if wanted > u64::from(MOST_DEPOSITS) {
+        let (needed, most) = (u64::from(self.budget.capacity) + overflow, u64::from(self.device_scene.most_deposits));
+        if needed > most {
             return Err(Error::OutOfMemory {
                 object: "photon map".into(),
-                bytes: wanted * 64,
-                advice: format!("a pass stores at most {MOST_DEPOSITS} photons; lower --photons"),
+                bytes: needed * size_of::<Photon>() as u64,
+                advice: format!("a pass stores at most {most} photons on this device; lower --photons"),
             });
         }
         self.statistics.repeated += 1;
-        self.budget.capacity = wanted as u32;
+        self.budget.capacity = (needed * 5 / 4).min(most) as u32;
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
         self.frame = Recording::new(&self.runtime, content, &self.budget, &self.state)?;
         Ok(())
@@ -202,6 +203,13 @@ impl Session {
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
         self.frame.device_bytes()
+    }
+
+    /// Bytes of the estimator; `None` without photons.
+    pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
+        let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
+        let plan = |budget: &PhotonBudget| frame::plan(content, budget, &self.state).plan;
+        estimator_bytes::of(plan, &self.budget)
     }
 
     /// Counts so far.
@@ -314,7 +322,7 @@ fn set_layers(layers: &mut [Vec<f32>], place: usize, pixel: &[[f32; 4]], scale: 
 
 /// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
 pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
-    let total = settings.photons.unwrap_or_else(|| (settings.pixels() * 2).clamp(1 << 16, 1 << 19));
+    let total = settings.photon_count();
     if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
         return PhotonBudget { emissions: vec![], capacity: 0 };
     }
@@ -339,5 +347,5 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
         vec![global(total)]
     };
     let capacity = u64::from(total) * 2;
-    PhotonBudget { emissions, capacity: capacity.min(u64::from(MOST_DEPOSITS)) as u32 }
+    PhotonBudget { emissions, capacity: capacity.min(u64::from(device.most_deposits)) as u32 }
 }

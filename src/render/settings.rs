@@ -77,6 +77,10 @@ pub struct Settings {
     pub leaf_photons: Option<u32>,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
+    /// Gathers with the kernels of a scene that has nothing but Lambert's law and flat triangles, whatever the scene has: to
+    /// measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the reflectance counts
+    /// that is stored there, which is wrong where the surface is glossy.
+    pub lambert_estimate: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
     /// Brings the photons of each pass to the host ([`super::Session::photons`]): for measurements, slower.
@@ -131,6 +135,7 @@ impl Default for Settings {
             photon_build: PhotonBuild::default(),
             leaf_photons: None,
             full_program: false,
+            lambert_estimate: false,
             count_pairs: false,
             read_photons: false,
         }
@@ -146,6 +151,11 @@ impl Settings {
     /// The estimator to use on a kind of device.
     pub fn estimator_on(&self, lanes: Lanes) -> Estimator {
         self.estimator.unwrap_or(Estimator::default_for(lanes))
+    }
+
+    /// Photons emitted per pass over both classes: two per pixel within bounds, if not set.
+    pub fn photon_count(&self) -> u32 {
+        self.photons.unwrap_or_else(|| (self.pixels() * 2).clamp(1 << 16, 1 << 19))
     }
 
     /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1

@@ -46,6 +46,8 @@ pub struct DeviceScene {
     pub(super) fences: bool,
     /// Loop iterations that the driver runs in an invocation, if it ends loops.
     pub(super) loop_limit: Option<u32>,
+    /// Photons that a pass can store.
+    pub(super) most_deposits: u32,
     /// What kind of device it is.
     pub(super) lanes: Lanes,
     /// Bytes on the device.
@@ -116,6 +118,7 @@ impl DeviceScene {
             skipped_triangles: bvh.skipped,
             fences: memory.loop_limit().is_none(),
             loop_limit: memory.loop_limit(),
+            most_deposits: memory.most_deposits(),
             lanes: memory.lanes(),
             bytes: 0,
         };
