@@ -8,6 +8,14 @@ uvec2 pixel_position(uint index, uint width, uint height) {
     return uvec2(inside / rows, strip * ROWS + inside % rows);
 }
 
+// The index of a pixel: the inverse.
+uint pixel_index(uvec2 at, uint width, uint height) {
+    const uint ROWS = 4u;
+    uint strip = at.y / ROWS;
+    uint rows = min(ROWS, height - strip * ROWS);
+    return strip * ROWS * width + at.x * rows + (at.y - strip * ROWS);
+}
+
 // Key of a path slot for random numbers: the same whatever the bands and however many slots a pixel has.
 uint slot_key(uint slot, Camera c) {
     return hash2(c.first_pixel + slot % c.pixels, slot / c.pixels);

@@ -82,6 +82,8 @@ pub(super) struct Reports {
     pub counters: Option<Readback<u32>>,
     pub truncated: Vec<Readback<u32>>,
     pub eye_truncated: Vec<Readback<u32>>,
+    /// What the estimator built, by name; equal names are added up.
+    pub structure: Vec<(&'static str, Readback<u32>)>,
     /// What was gathered, where pairs are counted.
     pub gathered: Vec<Readback<[f32; 4]>>,
 }
@@ -132,7 +134,7 @@ pub(super) fn plan(
         }
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);
-        if let (Some(structure), Some(store)) = (&structure, &deposits) {
+        if let (Some(structure), Some(store)) = (&mut structure, &deposits) {
             let program = Program {
                 count_pairs: settings.count_pairs,
                 loop_limit: device.loop_limit,
@@ -162,12 +164,14 @@ pub(super) fn plan(
         eye_truncated.push(g.readback(&hits.truncated));
     }
     g.keep(&rejected);
+    let counts = structure.as_ref().map_or(vec![], |structure| estimator::counts(&mut g, structure));
     let reports = Reports {
         deposits: deposits.as_ref().map(|d| g.readback(&d.count)),
         overflow: deposits.as_ref().map(|d| g.readback(&d.overflow)),
         counters: deposits.as_ref().map(|d| g.readback(&d.counters)),
         truncated: deposits.iter().flat_map(|d| &d.truncated).map(|count| g.readback(count)).collect(),
         eye_truncated,
+        structure: counts.iter().map(|(name, count)| (*name, g.readback(count))).collect(),
         gathered: gathers,
     };
     let plan = g.plan().unwrap_or_else(|error| panic!("the frame is declared wrong: {error}"));

@@ -41,6 +41,8 @@ pub struct Statistics {
     pub pairs_tested: u64,
     /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`].
     pub pairs_accepted: u64,
+    /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`super::Estimator::Tiled`].
+    pub structure_counts: Vec<(&'static str, u64)>,
     /// Seconds spent in passes.
     pub seconds: f64,
 }
@@ -139,6 +141,8 @@ impl Session {
         let deposits = self.first(reports.deposits.as_ref());
         let counters = reports.counters.as_ref().map(|r| self.frame.executable.read(r)).unwrap_or_default();
         let pairs = self.pairs();
+        let structure: Vec<_> =
+            reports.structure.iter().map(|(name, count)| (*name, self.first(Some(count)))).collect();
         let s = &mut self.statistics;
         s.pairs_tested += pairs[0];
         s.pairs_accepted += pairs[1];
@@ -149,6 +153,12 @@ impl Session {
         s.eye_paths_truncated += eye_truncated;
         for ((_, total), value) in s.counters.iter_mut().zip(counters) {
             *total += u64::from(value);
+        }
+        for (name, value) in structure {
+            match s.structure_counts.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, total)) => *total += value,
+                None => s.structure_counts.push((name, value)),
+            }
         }
         s.seconds += start.elapsed().as_secs_f64();
     }

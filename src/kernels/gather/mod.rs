@@ -5,10 +5,12 @@ mod brute;
 mod bvh;
 pub mod reference;
 mod split;
+pub mod tiled;
 
 pub use brute::brute;
 pub use bvh::bvh;
 pub use split::{Listed, split};
+pub use tiled::tiled;
 
 use super::eye::EyeHits;
 use super::scene_data::Variant;

@@ -1,0 +1,24 @@
+// Tiles of the image: squares of 2^TILE_SHIFT pixels, and above them levels of tiles of twice the side, up to one that is the whole
+// band. A tile is known by what its eye hits span, never by the rays that found them: right for jitter and lenses too.
+
+layout(constant_id = 22) const uint TILE_SHIFT = 3;
+
+const uint TILE_WORDS = 3u; // vec4 of a tile's bounds: smallest corner and depth, largest corner and depth, window in pixels
+
+// Most tiles that a photon is put into; one that needs more goes to a higher level.
+const uint MOST_TILES = 16u;
+
+// Tiles in a row and in a column of a level.
+uvec2 tiles_of_level(uvec2 lowest, uint level) {
+    return (lowest + ((1u << level) - 1u)) >> level;
+}
+
+// The camera's linear forms of a vector: across and down in halves of the image at distance one, and depth.
+vec3 in_camera(Camera c, vec3 v) {
+    return vec3(dot(v, c.right) / dot(c.right, c.right), -dot(v, c.up) / dot(c.up, c.up), dot(v, c.forward));
+}
+
+// Image coordinates in pixels of halves of the image.
+vec2 in_pixels(Camera c, vec2 p) {
+    return (p + 1.0) * 0.5 * vec2(c.width, c.height);
+}
