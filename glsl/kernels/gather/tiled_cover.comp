@@ -29,12 +29,13 @@ layout(set = 0, binding = 23, scalar) buffer Touched { uint touched[]; };
 
 // A photon's footprint as the culling sees it: the only place here that knows how photons are stored.
 struct Footprint {
-    vec3 centre, major, minor, thick; // semiaxes as vectors
+    vec3 centre, major, minor, normal; // semiaxes as vectors
+    float thickness;
 };
 
 Footprint footprint_of(Photon p) {
     vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
-    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w) / uintBitsToFloat(p.c.w));
+    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), 1.0 / uintBitsToFloat(p.c.w));
 }
 
 // Bounds of the camera coordinates of vectors with components of these sizes.
@@ -46,7 +47,7 @@ vec3 in_camera_size(Camera c, vec3 size) {
 // Half extents in camera coordinates, a little too large for rounding never to matter.
 vec3 extent_of(Footprint f, Camera c, vec3 centre) {
     vec3 u = in_camera(c, f.major), v = in_camera(c, f.minor);
-    vec3 exact = sqrt(u * u + v * v) + abs(in_camera(c, f.thick));
+    vec3 exact = sqrt(u * u + v * v) + f.thickness * abs(in_camera(c, f.normal));
     vec3 rounding = in_camera_size(c, abs(f.centre) + abs(c.position));
     return exact * 1.0001 + 1e-6 * (rounding + abs(centre));
 }
@@ -79,11 +80,23 @@ Reach reach_of(Footprint f, Camera c, float near) {
     return Reach(unknown ? vec4(vec2(-INFINITY), vec2(INFINITY)) : window, vec2(low.z, high.z));
 }
 
-bool meets(uint tile, Reach r, Aabb box) {
-    uint i = TILE_WORDS * tile;
-    vec4 low = tiles[i], high = tiles[i + 1u], window = tiles[i + 2u];
-    bool space = all(lessThanEqual(vec4(box.min, r.depth.x), high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), low));
-    return space && all(lessThanEqual(r.window.xy, window.zw)) && all(greaterThanEqual(r.window.zw, window.xy));
+// Range of the products of `v` with the vectors from `low` to `high`.
+vec2 products(vec3 v, vec3 low, vec3 high) {
+    vec3 a = v * low, b = v * high;
+    return vec2(dot(min(a, b), vec3(1.0)), dot(max(a, b), vec3(1.0)));
+}
+
+// Whether the footprint may count at a hit of the tile.
+bool meets(Tile tile, Footprint f, Reach r, Aabb box) {
+    bool space = all(lessThanEqual(vec4(box.min, r.depth.x), tile.high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), tile.low));
+    bool image = all(lessThanEqual(r.window.xy, tile.window.zw)) && all(greaterThanEqual(r.window.zw, tile.window.xy));
+    if (!(space && image)) return false; // an empty tile's infinities go no further
+    // Hits that the slab holds, on surfaces that turn the same way.
+    vec2 height = products(f.normal, tile.low.xyz - f.centre, tile.high.xyz - f.centre);
+    vec3 size = max(abs(tile.low.xyz), abs(tile.high.xyz)) + abs(f.centre);
+    float reach = f.thickness * 1.0001 + 1e-6 * (size.x + size.y + size.z);
+    bool facing = products(f.normal, tile.normal_low.xyz, tile.normal_high.xyz).y > SAME_SURFACE - 1e-4;
+    return facing && height.x <= reach && height.y >= -reach;
 }
 
 // The tiles of the lowest level that the photon can concern, first and last; none if first > last.
@@ -108,7 +121,8 @@ void main() {
     Camera c = camera[0];
     Aabb box = boxes[i];
     float near = tiles[tiles.length() - TILE_WORDS].w;
-    Reach r = reach_of(footprint_of(photons[i]), c, near);
+    Footprint f = footprint_of(photons[i]);
+    Reach r = reach_of(f, c, near);
     if (r.depth.y < near) return;
     ivec4 range = candidates(r);
     if (any(greaterThan(range.xy, range.zw))) return;
@@ -124,7 +138,7 @@ void main() {
     uint mask = 0u, first = base + at.y * row + at.x;
     for (uint k = 0u; k < all_tiles; ++k) {
         uint tile = first + (k / columns) * row + k % columns;
-        if (meets(tile, r, box)) mask |= 1u << k;
+        if (meets(TILE_LOAD(tiles, tile), f, r, box)) mask |= 1u << k;
     }
     if (mask == 0u) return;
     covers[i] = uvec2(first, mask | columns << 16 | level << 24);

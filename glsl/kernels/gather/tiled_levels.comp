@@ -21,19 +21,12 @@ void main() {
         uint base = below + children.x * children.y;
         for (uint t = gl_LocalInvocationIndex; t < size.x * size.y; t += 256u) {
             uvec2 at = 2u * uvec2(t % size.x, t / size.x);
-            vec4 low = vec4(INFINITY), high = vec4(-INFINITY), window = vec4(vec2(INFINITY), vec2(-INFINITY));
+            Tile tile = tile_of_nothing();
             for (uint k = 0u; k < 4u; ++k) {
                 uvec2 child = min(at + uvec2(k & 1u, k >> 1u), children - 1u);
-                uint i = TILE_WORDS * (below + child.y * children.x + child.x);
-                low = min(low, tiles[i]);
-                high = max(high, tiles[i + 1u]);
-                vec4 other = tiles[i + 2u];
-                window = vec4(min(window.xy, other.xy), max(window.zw, other.zw));
+                tile = tile_union(tile, TILE_LOAD(tiles, below + child.y * children.x + child.x));
             }
-            uint i = TILE_WORDS * (base + t);
-            tiles[i] = low;
-            tiles[i + 1u] = high;
-            tiles[i + 2u] = window;
+            TILE_STORE(tiles, base + t, tile);
         }
         below = base;
         children = size;

@@ -35,7 +35,7 @@ const STRIP: u32 = 4;
 const BLOCK: u32 = 8;
 
 /// Vectors per tile (TILE_WORDS of glsl/lib/tiles.glsl).
-const TILE_VECTORS: u32 = 3;
+const TILE_VECTORS: u32 = 5;
 
 /// The tiles of a band.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
