@@ -86,16 +86,19 @@ vec2 products(vec3 v, vec3 low, vec3 high) {
     return vec2(dot(min(a, b), vec3(1.0)), dot(max(a, b), vec3(1.0)));
 }
 
-// Whether the footprint may count at a hit of the tile.
-bool meets(Tile tile, Footprint f, Reach r, Aabb box) {
-    bool space = all(lessThanEqual(vec4(box.min, r.depth.x), tile.high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), tile.low));
-    bool image = all(lessThanEqual(r.window.xy, tile.window.zw)) && all(greaterThanEqual(r.window.zw, tile.window.xy));
-    if (!(space && image)) return false; // an empty tile's infinities go no further
+// Whether the footprint may count at a hit of the tile. What most tiles fail comes first, and the rest is not loaded then.
+bool meets(uint tile, Footprint f, Reach r, Aabb box) {
+    uint at = TILE_WORDS * tile;
+    vec4 low = tiles[at], high = tiles[at + 1u];
+    if (!(all(lessThanEqual(vec4(box.min, r.depth.x), high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), low)))) return false;
+    vec4 window = tiles[at + 2u];
+    bool image = all(lessThanEqual(r.window.xy, window.zw)) && all(greaterThanEqual(r.window.zw, window.xy));
+    if (!image) return false; // an empty tile's infinities go no further
     // Hits that the slab holds, on surfaces that turn the same way.
-    vec2 height = products(f.normal, tile.low.xyz - f.centre, tile.high.xyz - f.centre);
-    vec3 size = max(abs(tile.low.xyz), abs(tile.high.xyz)) + abs(f.centre);
+    vec2 height = products(f.normal, low.xyz - f.centre, high.xyz - f.centre);
+    vec3 size = max(abs(low.xyz), abs(high.xyz)) + abs(f.centre);
     float reach = f.thickness * 1.0001 + 1e-6 * (size.x + size.y + size.z);
-    bool facing = products(f.normal, tile.normal_low.xyz, tile.normal_high.xyz).y > SAME_SURFACE - 1e-4;
+    bool facing = products(f.normal, tiles[at + 3u].xyz, tiles[at + 4u].xyz).y > SAME_SURFACE - 1e-4;
     return facing && height.x <= reach && height.y >= -reach;
 }
 
@@ -138,7 +141,7 @@ void main() {
     uint mask = 0u, first = base + at.y * row + at.x;
     for (uint k = 0u; k < all_tiles; ++k) {
         uint tile = first + (k / columns) * row + k % columns;
-        if (meets(TILE_LOAD(tiles, tile), f, r, box)) mask |= 1u << k;
+        if (meets(tile, f, r, box)) mask |= 1u << k;
     }
     if (mask == 0u) return;
     covers[i] = uvec2(first, mask | columns << 16 | level << 24);
