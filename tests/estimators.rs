@@ -109,3 +109,30 @@ fn the_comparison_notices_another_radius() {
     assert!(difference(&a, &b) > 1e-3);
     assert_eq!(difference(&a, &a), 0.0);
 }
+
+/// The camera of `corridors` sees a small part of its photons: the others must not reach a tile. Nine tenths of the photons lie
+/// elsewhere at best: with footprints too small to matter, 11.8 % of them are on surfaces in view.
+#[test]
+fn tiles_leave_out_what_is_not_in_view() {
+    let scene = asset("corridors");
+    let count = |shot: &Shot, name: &str| {
+        shot.statistics.structure_counts.iter().find(|(known, _)| *known == name).map_or(0, |(_, count)| *count)
+    };
+    let settings =
+        Settings { estimator: Some(Estimator::Tiled), ..Settings { width: 64, height: 48, ..Settings::default() } };
+    let shot = Shot::take(&scene, &settings, 0..1);
+    let (touched, stored) = (count(&shot, "photons_in_tiles"), shot.statistics.deposits);
+    let share = touched as f64 / stored as f64;
+    println!(
+        "{touched} of {stored} photons in tiles: {:.1} %; {} entries",
+        100.0 * share,
+        count(&shot, "tile_entries")
+    );
+    assert!(share < 0.18 && touched > 1000, "{touched} of {stored}");
+    assert!(count(&shot, "tile_entries") >= touched);
+    // A footprint as large as the scene is in view wherever it lies.
+    let wide = Settings { footprint: Footprint::Fixed(radius(&scene)), photons: Some(2000), ..settings };
+    let shot = Shot::take(&scene, &wide, 0..1);
+    let (touched, stored) = (count(&shot, "photons_in_tiles"), shot.statistics.deposits);
+    assert!(touched * 10 > stored * 3, "{touched} of {stored}");
+}

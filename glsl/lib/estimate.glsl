@@ -22,9 +22,6 @@ const uint WEIGHT_CONSTANT = 0u;
 const uint WEIGHT_CONE = 1u;
 const uint WEIGHT_EPANECHNIKOV = 2u;
 
-// Photons on surfaces that turn away by more than this are another surface's: it keeps light out of corners.
-const float SAME_SURFACE = 0.3;
-
 // An eye hit, ready for photons.
 struct Point {
     Surface s;

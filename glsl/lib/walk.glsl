@@ -61,6 +61,11 @@ uint walk_next(inout Walk walk, uint i) {
     return i + 1u + walk_gap(walk);
 }
 
+// For estimators whose lanes share the work on a list: whether entry i is visited, the same for every lane that asks.
+bool walk_tries(Walk walk, uint i) {
+    return WALK_STRIDE == 1u || unit_float(hash2(walk.random, i)) * float(WALK_STRIDE) < 1.0;
+}
+
 // Factor on the sums. STRIDE is unbiased. The paper's ratio is the same in the mean wherever a photon was visited at all, and
 // steadier; but lists of n photons lose the share (1 - 1 / STRIDE)^n of their light, because nothing may be visited.
 float walk_scale(Walk walk) {

@@ -15,6 +15,9 @@ const uint EYE_HIT_BENT = 0x80000000u;
 // In w of a slot's gathered light: the estimator gave up, because its loops would have become too long for the driver.
 const float UNFINISHED = -1.0;
 
+// Photons on surfaces that turn away by more than this are another surface's: it keeps light out of corners.
+const float SAME_SURFACE = 0.3;
+
 // A material beyond the bits is not remembered: the back of its boundary still names it (see `leaving`).
 uint path_medium(uint material) {
     return material < PATH_MEDIUM_MASK ? material + 1u : 0u;

@@ -215,6 +215,8 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
     let needs = scene::Needs::of(session.scene());
     let counters: serde_json::Map<_, _> =
         statistics.counters.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
+    let structure: serde_json::Map<_, _> =
+        statistics.structure_counts.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
     let memory = runtime.device().memory();
     let scopes = scope_seconds(&session.timings());
     Ok(serde_json::json!({
@@ -227,7 +229,7 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
         "eye_paths_truncated": statistics.eye_paths_truncated,
         "passes_repeated": statistics.repeated,
         "values_not_finite": statistics.rejected,
-        "guards": counters,
+        "guards": counters, "estimator": structure,
         "kept": needs.kept(), "left_out": needs.left_out(),
         "leaf_photons": session.leaf_photons(),
         "plan_passes": session.plan_passes(),

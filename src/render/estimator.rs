@@ -5,8 +5,8 @@ use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
 use crate::graph::{Buf, Graph, Lanes};
 use crate::kernels::gather::{self, Band, HashGrid, Points, Program, hash};
-use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::kernels::{Items, lbvh, reduce};
 
 /// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
 /// picture; they differ in time and memory.
@@ -16,6 +16,8 @@ pub enum Estimator {
     Bvh,
     /// A grid of cells in a hash table, one for each size of footprint (after Mara, Luebke and McGuire 2013).
     Hash,
+    /// Lists of photons per tile of the image (Mara, Luebke and McGuire 2013); a hierarchy behind mirrors and glass.
+    Tiled,
     /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
     /// than k footprints overlap.
     Knn,
@@ -25,7 +27,7 @@ pub enum Estimator {
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Bvh, Self::Hash, Self::Knn, Self::Brute];
+    pub const ALL: [Self; 5] = [Self::Bvh, Self::Tiled, Self::Hash, Self::Knn, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
@@ -33,6 +35,7 @@ impl Estimator {
             Self::Bvh => "bvh",
             Self::Hash => "hash",
             Self::Knn => "knn",
+            Self::Tiled => "tiled",
             Self::Brute => "brute",
         }
     }
@@ -45,6 +48,7 @@ impl Estimator {
             Self::Knn => {
                 "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
             }
+            Self::Tiled => "Lists of photons per tile of the image; hits behind mirrors and glass by bvh",
             Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
         }
     }
@@ -52,7 +56,7 @@ impl Estimator {
     /// Whether it goes through lists of photons, of which a part can be skipped (`--sampling stochastic`).
     pub fn walks(self) -> bool {
         match self {
-            Self::Bvh | Self::Hash | Self::Brute => true,
+            Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
             Self::Knn => false,
         }
     }
@@ -69,6 +73,12 @@ pub(super) enum Structure {
     Hash(HashGrid),
     /// With the number of photons to seek.
     Knn(gather::KnnMap, u32),
+    /// For hits at their pixel's place nothing but the deposits; a map for others.
+    Tiled {
+        touched: Buf<u32>,
+        bent: Option<PhotonMap>,
+        entries: Vec<Buf<u32>>,
+    },
     /// The deposits as they are.
     Brute,
 }
@@ -81,11 +91,15 @@ pub(super) fn build(
     settings: &Settings,
     deposits: &mut Deposits,
 ) -> Structure {
+    let options =
+        lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
     match estimator {
-        Estimator::Bvh => {
-            let options =
-                lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
-            Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20))
+        Estimator::Bvh => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
+        Estimator::Tiled => {
+            let mut touched = g.buffer("tiled_touched", deposits.photons.len());
+            g.fill(&mut touched, 0);
+            let bent = device.variant.glossy.then(|| photon::map(g, deposits, options, false));
+            Structure::Tiled { touched, bent, entries: vec![] }
         }
         Estimator::Knn => {
             let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
@@ -100,14 +114,41 @@ pub(super) fn build(
 pub(super) fn gather(
     g: &mut Graph,
     program: Program,
-    (structure, deposits): (&Structure, &Deposits),
-    (points, _band): (Points<'_>, Band<'_>),
+    (structure, deposits): (&mut Structure, &Deposits),
+    (points, band): (Points<'_>, Band<'_>),
     gathered: &mut Buf<[f32; 4]>,
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
         Structure::Hash(grid) => gather::hash(g, program, points, grid, gathered),
         Structure::Knn(map, k) => gather::knn(g, (program, *k), points, (map, deposits), gathered),
+        Structure::Tiled { touched, bent: None, entries } => {
+            entries.push(gather::tiled(g, program, (points, band), (deposits, touched), gathered));
+        }
+        Structure::Tiled { touched, bent: Some(map), entries } => {
+            let (straight, bent) = gather::split(g, points);
+            let straight = (straight.points(points), band);
+            entries.push(gather::tiled(g, program, straight, (deposits, touched), gathered));
+            gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
+        }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
+    }
+}
+
+/// Numbers to report of what the estimator built, by name; equal names are added up.
+pub(super) fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str, Buf<u32>)> {
+    match structure {
+        Structure::Tiled { touched, entries, .. } => {
+            let mut photons = g.buffer("photons_in_tiles", 1);
+            reduce::u32s(g, Items::All, reduce::Op::Sum, touched, &mut photons);
+            let mut counts = vec![("photons_in_tiles", photons)];
+            for entries in entries {
+                let mut copy = g.buffer("tile_entries", 1);
+                g.copy(entries, &mut copy);
+                counts.push(("tile_entries", copy));
+            }
+            counts
+        }
+        Structure::Bvh(_) | Structure::Hash(_) | Structure::Knn(..) | Structure::Brute => vec![],
     }
 }

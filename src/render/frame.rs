@@ -92,6 +92,8 @@ pub(super) struct Reports {
     pub counters: Option<Readback<u32>>,
     pub truncated: Vec<Readback<u32>>,
     pub eye_truncated: Vec<Readback<u32>>,
+    /// What the estimator built, by name; equal names are added up.
+    pub structure: Vec<(&'static str, Readback<u32>)>,
     /// What was gathered, where pairs are counted.
     pub gathered: Vec<Readback<[f32; 4]>>,
     /// The deposits, where they are wanted.
@@ -126,7 +128,7 @@ fn bands(
     g: &mut Graph,
     content: Content<'_>,
     buffers: &SceneBuffers,
-    stored: Option<(&Structure, &Deposits)>,
+    mut stored: Option<(&mut Structure, &Deposits)>,
     state: &FilmState,
 ) -> Reports {
     let Content { scene, device, settings } = content;
@@ -149,7 +151,7 @@ fn bands(
         }
         let mut gathered = g.buffer("gathered", 2 * band.pixels * slots);
         g.fill(&mut gathered, 0);
-        if let Some(stored) = stored {
+        if let Some((structure, deposits)) = &mut stored {
             let program = Program {
                 count_pairs: settings.count_pairs,
                 loop_limit: device.loop_limit,
@@ -166,7 +168,7 @@ fn bands(
             let points = (Points::new(&hits, &buffers.pass), place);
             gathered = g.scope("gather", |g| {
                 settings.sampling.apply(g, points, gathered, |g, some, target| {
-                    estimator::gather(g, program, stored, (some, place), target);
+                    estimator::gather(g, program, (structure, deposits), (some, place), target);
                 })
             });
             if settings.count_pairs {
@@ -174,7 +176,7 @@ fn bands(
             }
         }
         let no_overflow = g.upload("no_overflow", &[0u32]);
-        let overflow = stored.map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
+        let overflow = stored.as_ref().map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
         let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
         let result = PassResult { radiance: &hits.radiance, gathered: &gathered, aov_first: &hits.aov_first, overflow };
         g.scope("film", |g| film::add(g, &camera, band.pixels, settings.layers, result, &mut film));
@@ -184,6 +186,8 @@ fn bands(
         reports.eye_truncated.push(g.readback(&hits.truncated));
     }
     g.keep(&rejected);
+    let counts = stored.as_ref().map_or(vec![], |(structure, _)| estimator::counts(g, structure));
+    reports.structure = counts.iter().map(|(name, count)| (*name, g.readback(count))).collect();
     reports
 }
 
@@ -213,9 +217,9 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
     let mut deposits = trace_photons(&mut g, &buffers, device, budget);
-    let structure =
+    let mut structure =
         deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
-    let mut reports = bands(&mut g, content, &buffers, structure.as_ref().zip(deposits.as_ref()), state);
+    let mut reports = bands(&mut g, content, &buffers, structure.as_mut().zip(deposits.as_ref()), state);
     if let Some(deposits) = &deposits {
         reports = reports.with_photons(&mut g, deposits, settings.read_photons);
     }
@@ -249,6 +253,6 @@ pub(super) fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmStat
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     let (deposits, sorted) = g.scope("photon map", |g| map.map(g, content.settings.record == Record::Packed20));
-    let reports = bands(&mut g, content, &buffers, Some((&Structure::Bvh(sorted), &deposits)), state);
+    let reports = bands(&mut g, content, &buffers, Some((&mut Structure::Bvh(sorted), &deposits)), state);
     planned(g, pass, reports)
 }

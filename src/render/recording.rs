@@ -123,6 +123,16 @@ impl Recording {
         self.parts.iter().find_map(read).unwrap_or_default()
     }
 
+    /// What the estimator built in the last pass, by name; names may repeat.
+    pub fn structure(&self) -> Vec<(&'static str, u64)> {
+        let read = |part: &Part| {
+            let count =
+                |(name, word): &(&'static str, Readback<u32>)| (*name, u64::from(part.executable.read(word)[0]));
+            part.reports.structure.iter().map(count).collect::<Vec<_>>()
+        };
+        self.parts.iter().flat_map(read).collect()
+    }
+
     /// Tested and accepted pairs of the last pass, where they are counted.
     pub fn pairs(&self) -> [u64; 2] {
         let mut sums = [0, 0];

@@ -42,6 +42,8 @@ pub struct Statistics {
     pub pairs_tested: u64,
     /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`].
     pub pairs_accepted: u64,
+    /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`super::Estimator::Tiled`].
+    pub structure_counts: Vec<(&'static str, u64)>,
     /// Seconds spent in passes.
     pub seconds: f64,
 }
@@ -145,6 +147,7 @@ impl Session {
             (self.frame.sum(|r| &r.truncated), self.frame.sum(|r| &r.eye_truncated));
         let deposits = self.frame.first(|r| r.deposits.as_ref());
         let (counters, pairs) = (self.frame.counters(), self.frame.pairs());
+        let structure = self.frame.structure();
         let s = &mut self.statistics;
         s.pairs_tested += pairs[0];
         s.pairs_accepted += pairs[1];
@@ -155,6 +158,12 @@ impl Session {
         s.eye_paths_truncated += eye_truncated;
         for ((_, total), value) in s.counters.iter_mut().zip(counters) {
             *total += u64::from(value);
+        }
+        for (name, value) in structure {
+            match s.structure_counts.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, total)) => *total += value,
+                None => s.structure_counts.push((name, value)),
+            }
         }
         s.seconds += start.elapsed().as_secs_f64();
     }

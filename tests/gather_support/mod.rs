@@ -4,14 +4,16 @@
 
 #[path = "../support/mod.rs"]
 pub mod support;
+pub mod view;
 
-use nephroid::graph::{Buf, Graph};
+use nephroid::graph::{Buf, Graph, Lanes};
 use nephroid::kernels::compact;
 use nephroid::kernels::gather::reference::Disc;
-use nephroid::kernels::gather::{Points, Program, Walk, Weight};
-use nephroid::kernels::generated::{Aabb, EyeHit, Pass, Photon};
+use nephroid::kernels::gather::{Band, Points, Program, Walk, Weight};
+use nephroid::kernels::generated::{Aabb, Camera, EyeHit, Pass, Photon};
 use nephroid::kernels::photon::{COUNTERS, Deposits};
 use support::Harness;
+use view::{Frame, View};
 
 /// Gathered light of a slot: caustic, then other; photons tested and accepted in the fourth components.
 pub type Light = [[f32; 4]; 2];
@@ -61,6 +63,69 @@ pub fn gathered(
         g.keep(&target);
     });
     harness.content(&output).chunks(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// What an estimator, declared by `declare`, gathers at `hits` from `photons`. The hits are given to it at the pixels where `view` sees
+/// them, in as many frames as no pixel has two; each band is a graph of its own.
+///
+/// Two runs must give the same bits; graphs for the two kinds of device may add in another order.
+pub fn gathered_at(
+    harness: &Harness,
+    view: &View,
+    (hits, photons): (&[EyeHit], &[Disc]),
+    declare: impl Fn(&mut Graph, (Points<'_>, Band<'_>), &mut Deposits, &mut Buf<[f32; 4]>),
+) -> Vec<Light> {
+    let mut result = vec![[[f32::NAN; 4]; 2]; hits.len()];
+    for frame in view.frames(hits) {
+        let [cpu, gpu] =
+            [Lanes::Cpu, Lanes::Gpu].map(|lanes| one_frame(harness, (view, &frame, lanes), hits, photons, &declare));
+        let wide = |light: &Light| light.map(|l| [f64::from(l[0]), f64::from(l[1]), f64::from(l[2])]);
+        let expected: Vec<_> = cpu.iter().map(wide).collect();
+        assert_eq!(difference(&gpu, &expected, 1e-5), None, "kinds of device differ");
+        assert!(cpu.iter().zip(&gpu).all(|(a, b)| a[1][3] == b[1][3]), "kinds of device accept other photons");
+        frame.places.iter().zip(cpu).for_each(|((_, index), light)| result[*index] = light);
+    }
+    result
+}
+
+/// The light of the hits of a frame, in their order there.
+fn one_frame(
+    harness: &Harness,
+    (view, frame, lanes): (&View, &Frame, Lanes),
+    hits: &[EyeHit],
+    photons: &[Disc],
+    declare: &impl Fn(&mut Graph, (Points<'_>, Band<'_>), &mut Deposits, &mut Buf<[f32; 4]>),
+) -> Vec<Light> {
+    let (stored, boxes): (Vec<Photon>, Vec<Aabb>) = photons.iter().map(Disc::stored).unzip();
+    let [first_pixel, pixels] = frame.band;
+    let mut slots = vec![<EyeHit as bytemuck::Zeroable>::zeroed(); pixels as usize];
+    frame.places.iter().for_each(|(pixel, index)| slots[*pixel as usize] = hits[*index]);
+    let (stored, boxes, hits_memory) = (harness.input(&stored), harness.input(&boxes), harness.input(&slots));
+    let list: Vec<u32> = frame.places.iter().map(|(pixel, _)| *pixel).collect();
+    let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * pixels as usize));
+    harness.run_on(lanes, &[&output], |g| {
+        let mut deposits = Deposits {
+            photons: g.import(&stored),
+            boxes: g.import(&boxes),
+            count: counted(g, photons.len() as u32),
+            overflow: counted(g, 0),
+            counters: g.buffer("counters", COUNTERS.len() as u32),
+            truncated: vec![],
+        };
+        let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
+        let count = counted(g, list.len());
+        let args = compact::dispatch_args(g, &count, list.len(), 64);
+        let camera = g.upload("camera", &[Camera { first_pixel, pixels, ..view.camera }]);
+        let pass = g.upload("pass", &[Pass { radius_scale: 1.0, ..Pass::default() }]);
+        let mut target = g.import(output.memory());
+        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass };
+        let size = [view.camera.width, view.camera.height];
+        let band = Band { camera: &camera, size, first_pixel, pixels, bends: false };
+        declare(g, (points, band), &mut deposits, &mut target);
+        g.keep(&target);
+    });
+    let all = harness.content(&output);
+    frame.places.iter().map(|(pixel, _)| [all[2 * *pixel as usize], all[2 * *pixel as usize + 1]]).collect()
 }
 
 fn counted(g: &mut Graph, value: u32) -> Buf<u32> {

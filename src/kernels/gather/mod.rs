@@ -10,6 +10,7 @@ pub mod reference;
 pub mod reference_knn;
 mod sampling;
 mod split;
+pub mod tiled;
 
 pub use brute::brute;
 pub use bvh::bvh;
@@ -17,6 +18,7 @@ pub use hash::{HashGrid, hash, hash_grid};
 pub use knn::{KnnMap, MAX_NEIGHBOURS, knn, knn_by_digits, knn_map};
 pub use sampling::{Walk, filter, regular};
 pub use split::{Listed, split};
+pub use tiled::tiled;
 
 use super::eye::{EyeHits, SlotList};
 use super::scene_data::Variant;

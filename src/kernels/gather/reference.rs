@@ -22,7 +22,7 @@ pub struct Disc {
 
 /// Half thickness of a footprint in longer semiaxes (SLAB of glsl/shared/photon.glsl).
 const SLAB: f32 = 0.5;
-/// Least cosine between the normals of one surface (SAME_SURFACE of glsl/lib/estimate.glsl).
+/// Least cosine between the normals of one surface (SAME_SURFACE of glsl/shared/photon.glsl).
 const SAME_SURFACE: f64 = 0.3;
 
 impl Disc {
