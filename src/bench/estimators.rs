@@ -149,38 +149,36 @@ impl SceneTable {
 /// Measures `scene`. What an estimator cannot do is told in its cell. `begin` hears what comes next.
 pub fn table(runtime: &Runtime, scene: &Scene, trial: &Trial, begin: &mut dyn FnMut(&str)) -> SceneTable {
     let name = scene.path.display().to_string();
-    let mut kinds = Vec::new();
-    for lambert_estimate in [false, true] {
-        for &estimator in &trial.estimators {
-            kinds.push(Settings { lambert_estimate, ..trial.settings(estimator) });
-        }
-    }
-    let mut cells = Vec::new();
+    let kinds = [false, true].into_iter().flat_map(|lambert| trial.estimators.iter().map(move |&e| (e, lambert)));
+    let settings = |(estimator, lambert_estimate)| Settings { lambert_estimate, ..trial.settings(estimator) };
+    // The Lambert variant looks at the same photons.
+    let mut pairs = Vec::new();
     let mut lambert_only = false;
-    for settings in &kinds {
-        let estimator = settings.estimator.unwrap_or(Estimator::Brute);
-        let mut pairs = None;
-        // The Lambert variant looks at the same photons.
-        if !settings.lambert_estimate && trial.refuses(settings).is_none() {
+    for &estimator in &trial.estimators {
+        let settings = settings((estimator, false));
+        let mut counted = None;
+        if trial.refuses(&settings).is_none() {
             begin(&format!("{name}: pairs of {}", estimator.name()));
-            // An error will be met again, and told, when it is timed.
-            if let Ok((counted, lambert)) = count(runtime, scene, settings) {
-                (pairs, lambert_only) = (counted, lambert);
+            // An error will be met again, and told, when the estimator is timed.
+            if let Ok(found) = count(runtime, scene, settings) {
+                (counted, lambert_only) = found;
             }
         }
-        cells.push(Cell { estimator, lambert: settings.lambert_estimate, outcome: Err(String::new()), pairs });
+        pairs.push(counted);
     }
-    let outcomes = race(runtime, scene, trial, kinds, &mut |what| begin(&format!("{name}: {what}")));
-    for (index, outcome) in outcomes.into_iter().enumerate() {
-        cells[index].outcome = outcome;
-        cells[index].pairs = cells[index % trial.estimators.len()].pairs;
-    }
+    let contest = kinds.clone().map(settings).collect();
+    let outcomes = race(runtime, scene, trial, contest, &mut |what| begin(&format!("{name}: {what}")));
+    let cells = kinds
+        .zip(outcomes)
+        .zip(pairs.iter().cycle())
+        .map(|(((estimator, lambert), outcome), &pairs)| Cell { estimator, lambert, outcome, pairs })
+        .collect();
     SceneTable { name, triangles: scene.geometry.triangles.len(), lambert_only, cells }
 }
 
 /// Pairs of one pass, if they are counted, and whether nothing but Lambert's law is gathered.
-fn count(runtime: &Runtime, scene: &Scene, settings: &Settings) -> Result<(Option<[u64; 2]>, bool)> {
-    let mut session = Session::new(runtime, scene.clone(), Settings { count_pairs: true, ..settings.clone() })?;
+fn count(runtime: &Runtime, scene: &Scene, settings: Settings) -> Result<(Option<[u64; 2]>, bool)> {
+    let mut session = Session::new(runtime, scene.clone(), Settings { count_pairs: true, ..settings })?;
     session.run_pass(0)?;
     let variant = session.device_scene().variant;
     let counts = session.statistics()?;

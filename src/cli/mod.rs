@@ -54,7 +54,7 @@ enum Command {
     /// List the Vulkan devices and what each lacks.
     Devices(devices::DevicesArgs),
     /// Measure the kernels on a device.
-    Bench(bench::BenchArgs),
+    Bench(Box<bench::BenchArgs>),
     /// Measure the difference between two EXR pictures.
     Compare(compare::CompareArgs),
 }
