@@ -203,12 +203,14 @@ fn images_smaller_than_a_block() {
     let floor = Mesh::quad([-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
     let scene = below_a_mirror(vec![(floor, grey(1.0))], 0.25);
     for (width, height) in [(1, 1), (3, 2), (1, 17), (5, 19)] {
+        // Some fifteen photons count at a pixel, so one of four of them in six passes are off by 18 % (one standard
+        // deviation, sqrt((k^2 - 1) / 90)) where there is a single pixel.
+        let passes = if width * height < 8 { 24 } else { 6 };
         let mean = |sampling| {
             let settings = Settings { sampling, ..settings(width, height, 60_000) };
-            Shot::take(&scene, &settings, 0..6).mean("caustic")
+            Shot::take(&scene, &settings, 0..passes).mean("caustic")
         };
         let full = mean(Sampling::Full);
-        // A pixel or two from one photon in four are rough.
         for (sampling, tolerance) in [(Sampling::Regular(16), 0.1), (Sampling::Regular(2), 0.1), (filtered(2), 0.3)] {
             let ratio = mean(sampling) / full;
             println!("{width} x {height}, {sampling:?}: {ratio:.4}");
