@@ -110,8 +110,7 @@ fn the_comparison_notices_another_radius() {
     assert_eq!(difference(&a, &a), 0.0);
 }
 
-/// The camera of `corridors` sees a small part of its photons: the others must not reach a tile. Nine tenths of the photons lie
-/// elsewhere at best: with footprints too small to matter, 11.8 % of them are on surfaces in view.
+/// The camera of `corridors` sees a small part of its photons: the others must not reach a tile.
 #[test]
 fn tiles_leave_out_what_is_not_in_view() {
     let scene = asset("corridors");
@@ -128,7 +127,7 @@ fn tiles_leave_out_what_is_not_in_view() {
         100.0 * share,
         count(&shot, "tile_entries")
     );
-    assert!(share < 0.18 && touched > 1000, "{touched} of {stored}");
+    assert!(share < 0.1 && touched > 1000, "{touched} of {stored}");
     assert!(count(&shot, "tile_entries") >= touched);
     // A footprint as large as the scene is in view wherever it lies.
     let wide = Settings { footprint: Footprint::Fixed(radius(&scene)), photons: Some(2000), ..settings };

@@ -4,11 +4,11 @@ mod gather_support;
 
 use gather_support::support::Harness;
 use gather_support::view::View;
-use gather_support::{Light, difference, gathered, gathered_at, lambert, room};
+use gather_support::{Light, Random, difference, gathered, gathered_at, lambert, room};
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
-use nephroid::kernels::gather::{Band, Points, Program, Weight, brute, bvh, tiled};
+use nephroid::kernels::gather::{Band, MAX_NEIGHBOURS, Points, Program, Weight, brute, bvh, knn, knn_map, tiled};
 use nephroid::kernels::generated::EyeHit;
 use nephroid::kernels::lbvh;
 use nephroid::kernels::photon::{self, Deposits};
@@ -199,5 +199,94 @@ fn cameras_among_the_photons() {
             .collect();
         assert!(hits.len() >= 3, "{} hits", hits.len());
         compare_in(&harness, &view, (&hits, &discs), Weight::Epanechnikov, 2e-5);
+    }
+}
+
+fn by_knn(g: &mut Graph, program: Program, (points, _): At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
+    let map = knn_map(g, deposits, program.loop_limit.is_none());
+    knn(g, (program, MAX_NEIGHBOURS), points, (&map, deposits), target);
+}
+
+/// Case 32 of the extreme cases: photons of radius 1 over an extent of 1e13, and hits at them, by every estimator. The camera
+/// is among them, or so far above that it sees them all.
+#[test]
+fn case_32_extent_over_radius_of_1e13() {
+    let harness = Harness::lock();
+    let mut random = Random(32);
+    let mut discs = Vec::new();
+    for scale in [1e13f32, 1e10, 1e7, 1e4, 10.0] {
+        for _ in 0..200 {
+            let position = [scale * (2.0 * random.next() - 1.0), 0.0, scale * (2.0 * random.next() - 1.0)];
+            let disc = Disc {
+                position,
+                normal: [0.0, 1.0, 0.0],
+                radii: [1.0, 1.0],
+                flux: [random.next(), 1.0, 0.5],
+                direction: [0.0, -1.0, 0.0],
+                caustic: false,
+            };
+            discs.extend([disc, Disc { flux: [0.5, 1.0, 2.0], caustic: true, ..disc }]);
+        }
+    }
+    let all: Vec<EyeHit> = discs.iter().map(|d| lambert_hit(d.position, d.normal, [1.0; 3])).collect();
+    let mut above = View::new([0.0, 3.0, 0.0], [0.0; 3], 1.57, [64, 64]).orthographic();
+    (above.camera.right, above.camera.up) = ([1e13, 0.0, 0.0], [0.0, 0.0, -1e13]);
+    let among = View::new([0.0, 5.0, 0.0], [0.0, 4.5, -1.0], 1.2, [48, 48]);
+    for (name, view) in [("above", above), ("among", among)] {
+        let seen = |hit: &&EyeHit| view.pixel([hit.a[0], hit.a[1], hit.a[2]].map(f32::from_bits)).is_some();
+        // From far above most hits share a pixel, and a frame has one at most in each.
+        let hits: Vec<EyeHit> = all.iter().filter(seen).step_by(7).copied().collect();
+        assert!(hits.len() > 40, "{name}: {} hits", hits.len());
+        let wanted = expected(&hits, &discs, Weight::Epanechnikov);
+        let program = lambert(&harness, Weight::Epanechnikov);
+        for (estimator, gather) in ESTIMATORS.iter().copied().chain([("knn", by_knn as Gather)]) {
+            let found = gathered_at(&harness, &view, (&hits, &discs), |g, at, deposits, target| {
+                gather(g, program, at, deposits, target);
+            });
+            assert_eq!(difference(&found, &wanted, 1e-6), None, "{name}, {estimator}");
+        }
+    }
+}
+
+/// Case 38: at the edge of a uniformly lit plane half of the light is missing, one radius inside nothing, by every estimator
+/// and however large the radius is.
+#[test]
+fn case_38_edge_of_a_lit_plane() {
+    const PHOTONS: u32 = 20_000;
+    let harness = Harness::lock();
+    let view = View::new([0.5, 1.5, 0.5], [0.5, 0.0, 0.5], 0.7, [64, 64]);
+    for radius in [0.08f32, 0.04] {
+        // The additive recurrence of the plastic number: as even as a grid, without its rows.
+        let disc = |i: u32| Disc {
+            position: [
+                (f64::from(i) * 0.754_877_666_246_693).fract() as f32,
+                0.0,
+                (f64::from(i) * 0.569_840_290_998_053).fract() as f32,
+            ],
+            normal: [0.0, 1.0, 0.0],
+            radii: [radius, radius],
+            flux: [1.0 / PHOTONS as f32; 3],
+            direction: [0.0, -1.0, 0.0],
+            caustic: false,
+        };
+        let discs: Vec<Disc> = (0..PHOTONS).map(disc).collect();
+        let row = |x: f32| (1..10).map(move |k| lambert_hit([x, 0.0, 0.1 * k as f32], [0.0, 1.0, 0.0], [1.0; 3]));
+        let hits: Vec<EyeHit> = [0.0, 0.5 * radius, 1.05 * radius, 0.5].into_iter().flat_map(row).collect();
+        let program = lambert(&harness, Weight::Epanechnikov);
+        for (estimator, gather) in ESTIMATORS.iter().copied().chain([("knn", by_knn as Gather)]) {
+            let found = gathered_at(&harness, &view, (&hits, &discs), |g, at, deposits, target| {
+                gather(g, program, at, deposits, target);
+            });
+            let light: Vec<f32> = found.iter().map(|light| light[1][0]).collect();
+            let mean: Vec<f32> = light.chunks(9).map(|row| row.iter().sum::<f32>() / 9.0).collect();
+            println!("{estimator}, radius {radius}: {mean:.3?}");
+            // The second row is half a radius inside, where it lacks what lies beyond a chord.
+            for (found, expected) in mean.iter().zip([0.5, 0.0, 1.0, 1.0]).filter(|(_, expected)| *expected > 0.0) {
+                assert!((found / expected - 1.0).abs() < 0.05, "{estimator}, radius {radius}: {mean:?}");
+            }
+            assert!(mean[1] > 0.7 && mean[1] < 0.95, "{estimator}, radius {radius}: {mean:?}");
+            let worst = light[18..].iter().map(|x| (x - 1.0).abs()).fold(0.0, f32::max);
+            assert!(worst < 0.05, "{estimator}, radius {radius}: a point is off by {worst}");
+        }
     }
 }

@@ -17,8 +17,8 @@ pub const LEAF_SIZES: [u32; 5] = [1, 2, 4, 8, COUNTED_LEAF];
 /// Percentiles of [`Radii`].
 pub const PERCENTILES: [u32; 7] = [1, 5, 25, 50, 75, 95, 99];
 
-/// Estimators whose queries are counted; the last column of table 2.
-const QUERIED: [Estimator; 1] = [Estimator::Bvh];
+/// Estimators whose queries are compared: the photon BVH, and the nearest photons as the baseline.
+const QUERIED: [Estimator; 2] = [Estimator::Bvh, Estimator::Knn];
 
 /// Pixels, photons, and runs of each measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +76,8 @@ pub struct Queries {
     pub tested: f64,
     /// Photons whose footprint held the eye hit, per pixel.
     pub accepted: f64,
+    /// Least seconds of building and gathering.
+    pub seconds: f64,
 }
 
 /// Semiaxes of the footprints of a class of photons (table 3).
@@ -140,7 +142,7 @@ pub fn photon_map(
         builder_times(runtime, scene, &Settings { photon_build: build, ..settings.clone() }, (effort, &mut *begin))
     });
     begin("photons per query");
-    let queries = QUERIED.map(|estimator| queries(runtime, scene, &settings, estimator));
+    let queries = QUERIED.map(|estimator| queries(runtime, scene, &settings, (estimator, effort.repeats)));
     Ok(PhotonMapReport {
         name: scene.path.display().to_string(),
         photons: photons.len(),
@@ -195,14 +197,26 @@ fn map_seconds(session: &Session) -> [f64; 2] {
     })
 }
 
-fn queries(runtime: &Runtime, scene: &Scene, settings: &Settings, estimator: Estimator) -> Result<Queries> {
+fn queries(
+    runtime: &Runtime,
+    scene: &Scene,
+    settings: &Settings,
+    (estimator, repeats): (Estimator, u32),
+) -> Result<Queries> {
     let settings = Settings { estimator: Some(estimator), count_pairs: true, ..settings.clone() };
     let pixels = f64::from(settings.pixels());
-    let mut session = Session::new(runtime, scene.clone(), settings)?;
+    let mut session = Session::new(runtime, scene.clone(), settings.clone())?;
     session.run_pass(0)?;
     let counts = session.statistics()?;
     let per_pixel = |count: u64| count as f64 / pixels;
-    Ok(Queries { estimator, tested: per_pixel(counts.pairs_tested), accepted: per_pixel(counts.pairs_accepted) })
+    let mut timed = Session::new(runtime, scene.clone(), Settings { count_pairs: false, ..settings.clone() })?;
+    let mut seconds = f64::INFINITY;
+    for _ in 0..=repeats.max(1) {
+        timed.run_pass(0)?;
+        seconds = seconds.min(map_seconds(&timed).iter().sum());
+    }
+    let (tested, accepted) = (per_pixel(counts.pairs_tested), per_pixel(counts.pairs_accepted));
+    Ok(Queries { estimator, tested, accepted, seconds })
 }
 
 /// Table 3 of one class; `None` where it has no photons.

@@ -9,7 +9,7 @@ use super::flags::DeviceArgs;
 use super::values::{self, Size};
 use super::{bench::spinner, engine};
 use crate::bench::{
-    BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Radii, photon_map,
+    BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Queries, Radii, photon_map,
 };
 use crate::error::Result;
 use crate::scene::{self, Limits};
@@ -92,7 +92,11 @@ fn text(report: &PhotonMapReport) -> String {
     }
     for queries in &report.queries {
         let name = queries.estimator.name();
-        lines.push(format!("photons a pixel, {name}: {:.1} tested, {:.1} counted", queries.tested, queries.accepted));
+        let Queries { tested, accepted, seconds, .. } = queries;
+        lines.push(format!(
+            "photons a pixel, {name}: {tested:.1} tested, {accepted:.1} counted; map and gather {:.1} ms",
+            1e3 * seconds
+        ));
     }
     lines.push(format!("{:<26}{}", "percentile", columns(&mut PERCENTILES.iter().map(u32::to_string))));
     for class in &report.radii {
@@ -138,6 +142,7 @@ fn as_json(report: &PhotonMapReport) -> Value {
         "builders": report.builders.iter().map(builder).collect::<Value>(),
         "queries": report.queries.iter().map(|q| json!({
             "estimator": q.estimator.name(), "tested_per_pixel": q.tested, "accepted_per_pixel": q.accepted,
+            "seconds": q.seconds,
         })).collect::<Value>(),
         "percentiles": PERCENTILES, "radii": report.radii.iter().map(class).collect::<Value>(),
     })
