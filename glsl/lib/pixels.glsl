@@ -8,6 +8,13 @@ uvec2 pixel_position(uint index, uint width, uint height) {
     return uvec2(inside / rows, strip * ROWS + inside % rows);
 }
 
+// The other way round.
+uint pixel_index(uvec2 at, uint width, uint height) {
+    const uint ROWS = 4u;
+    uint strip = at.y / ROWS;
+    return strip * ROWS * width + at.x * min(ROWS, height - strip * ROWS) + at.y % ROWS;
+}
+
 // Key of a path slot for random numbers: the same whatever the bands and however many slots a pixel has.
 uint slot_key(uint slot, Camera c) {
     return hash2(c.first_pixel + slot % c.pixels, slot / c.pixels);

@@ -80,6 +80,8 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         estimator: request.light.estimator,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
+        bound_vertices: request.light.bounds_vertices,
+        amplification: request.light.bounds_stage,
         record: request.light.photon_record,
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
         layers: !request.view.aov.is_empty(),

@@ -2,28 +2,36 @@
 
 use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
+use crate::error::{Error, Result};
 use crate::graph::{Buf, Graph, Lanes};
-use crate::kernels::gather::{self, Band, Points, Program};
+use crate::kernels::gather::{self, Amplification, Band, Bounds, POLYGON_CORNERS, Points, Program, Shape};
 use crate::kernels::lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::vk::{Device, Feature};
 
 /// How the light of the photons is estimated at the eye hits. All give the same picture; they differ in time and memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
     /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
     Bvh,
+    /// A polygon drawn around each photon's outline in the picture (Mara, Luebke and McGuire 2013).
+    Bounds25d,
+    /// An icosahedron drawn around each photon (same).
+    Bounds3d,
     /// Every photon at every eye hit: slow, the answer that the others must give.
     Brute,
 }
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Bvh, Self::Brute];
+    pub const ALL: [Self; 4] = [Self::Bvh, Self::Bounds25d, Self::Bounds3d, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
+            Self::Bounds25d => "bounds25d",
+            Self::Bounds3d => "bounds3d",
             Self::Brute => "brute",
         }
     }
@@ -32,6 +40,11 @@ impl Estimator {
     pub fn help(self) -> &'static str {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
+            Self::Bounds25d => {
+                "A polygon drawn around each photon, for a device that rasterises; what mirrors and glass show is \
+                 gathered as by `bvh`"
+            }
+            Self::Bounds3d => "An icosahedron drawn around each photon, otherwise as `bounds25d`",
             Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
         }
     }
@@ -40,11 +53,52 @@ impl Estimator {
     pub fn default_for(_lanes: Lanes) -> Self {
         Self::Bvh
     }
+
+    /// How photons are drawn, if they are.
+    fn bounds(self, settings: &Settings) -> Option<Bounds> {
+        let shape = match self {
+            Self::Bounds25d => Shape::Polygon(settings.bound_vertices),
+            Self::Bounds3d => Shape::Icosahedron,
+            Self::Bvh | Self::Brute => return None,
+        };
+        Some(Bounds { shape, amplification: settings.amplification })
+    }
+}
+
+/// Refuses settings that make no sense, and estimators that the device cannot run.
+///
+/// # Errors
+/// [`Error::Usage`] and [`Error::MissingFeature`].
+pub(super) fn check(device: &Device, settings: &Settings) -> Result<()> {
+    let Some(bounds) = settings.estimator.and_then(|estimator| estimator.bounds(settings)) else { return Ok(()) };
+    if let Shape::Polygon(corners) = bounds.shape
+        && !POLYGON_CORNERS.contains(&corners)
+    {
+        let (least, most) = POLYGON_CORNERS.into_inner();
+        return Err(Error::Usage(format!("bounds of {corners} vertices: from {least} to {most} are possible")));
+    }
+    advise(device.require(&[Feature::Raster]), "choose another --estimator")?;
+    match bounds.amplification {
+        Amplification::Vertex => Ok(()),
+        Amplification::Geometry => advise(device.require(&[Feature::GeometryShader]), "use --bounds-stage vertex"),
+    }
+}
+
+/// Adds to the report of a missing feature what can be done.
+fn advise(result: Result<()>, advice: &str) -> Result<()> {
+    result.map_err(|error| match error {
+        Error::MissingFeature { device, feature } => {
+            Error::MissingFeature { device, feature: format!("{feature}: {advice}") }
+        }
+        other => other,
+    })
 }
 
 /// What an estimator keeps of the photons of a pass.
 pub(super) enum Structure {
     Bvh(PhotonMap),
+    /// The deposits as they are, and a map for what lies behind mirrors and glass, if there is such.
+    Bounds(Bounds, Option<PhotonMap>),
     /// The deposits as they are.
     Brute,
 }
@@ -57,12 +111,14 @@ pub(super) fn build(
     settings: &Settings,
     deposits: &mut Deposits,
 ) -> Structure {
+    let options = lbvh::Options { leaf_items: settings.leaf_photons, fences: device.fences };
+    if let Some(bounds) = estimator.bounds(settings) {
+        let map = device.variant.glossy.then(|| photon::map(g, deposits, options, false));
+        return Structure::Bounds(bounds, map);
+    }
     match estimator {
-        Estimator::Bvh => {
-            let options = lbvh::Options { leaf_items: settings.leaf_photons, fences: device.fences };
-            Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20))
-        }
         Estimator::Brute => Structure::Brute,
+        _ => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
     }
 }
 
@@ -71,11 +127,18 @@ pub(super) fn gather(
     g: &mut Graph,
     program: Program,
     (structure, deposits): (&Structure, &Deposits),
-    (points, _band): (Points<'_>, Band<'_>),
+    (points, band): (Points<'_>, Band<'_>),
     gathered: &mut Buf<[f32; 4]>,
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
+        Structure::Bounds(bounds, map) => {
+            let (program, photons) = ((program, *bounds), (&deposits.photons, &deposits.count));
+            let Some(map) = map else { return gather::bounds(g, program, (points, band), photons, gathered) };
+            let (straight, bent) = gather::split(g, points);
+            gather::bounds(g, program, (straight.points(points.hits), band), photons, gathered);
+            gather::bvh(g, program.0, bent.points(points.hits), (map, deposits), gathered);
+        }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }

@@ -12,7 +12,7 @@ mod settings;
 mod shading;
 mod upload;
 
-pub use crate::kernels::gather::Weight;
+pub use crate::kernels::gather::{Amplification, Weight};
 pub use crate::kernels::photon::Footprint;
 pub use estimator::Estimator;
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};

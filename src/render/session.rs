@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::estimator;
 use super::frame::{FilmState, Frame, PhotonBudget, slots_per_pixel};
 use super::memory::Memory;
 use super::pixels;
@@ -68,7 +69,8 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist, [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::Usage`] for a camera that does not exist or a setting out of range, [`Error::MissingFeature`] if the device
+    /// cannot run the estimator, [`Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, scene: Scene, settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
@@ -78,6 +80,7 @@ impl Session {
                 scene.cameras.len()
             )));
         }
+        estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         let budget = budget(&device_scene, &settings);

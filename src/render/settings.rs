@@ -1,7 +1,7 @@
 //! What a render needs to know besides the scene.
 
 use super::estimator::Estimator;
-use crate::kernels::gather::Weight;
+use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
 
 /// Settings of a session. The defaults suit every scene: none has to be tuned.
@@ -41,6 +41,10 @@ pub struct Settings {
     pub alpha: f64,
     /// Photons in a leaf of the photon map at most.
     pub leaf_photons: u32,
+    /// Corners of the polygon that [`Estimator::Bounds25d`] draws around a photon, 6 to 18: more fit tighter and cost more.
+    pub bound_vertices: u32,
+    /// Which kernel draws the bounds of [`Estimator::Bounds25d`] and [`Estimator::Bounds3d`].
+    pub amplification: Amplification,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
@@ -79,6 +83,8 @@ impl Default for Settings {
             global_smoothing: 2.0,
             alpha: 2.0 / 3.0,
             leaf_photons: 8,
+            bound_vertices: 8,
+            amplification: Amplification::default(),
             full_program: false,
             count_pairs: false,
         }
