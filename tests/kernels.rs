@@ -54,6 +54,7 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("bounds_polygon_vert", "tests/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
     ("bounds_resolve", "tests/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
     ("bounds_screen_vert", "tests/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
+    ("bounds_seen", "tests/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
     ("bounds_splat_frag", "tests/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
     ("direct_light", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
     ("eye_generate", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),

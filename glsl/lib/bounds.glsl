@@ -91,9 +91,6 @@ float depth_of_ball(Ball b) {
     return nearest > 4.0 * DEPTH_UNIT ? DEPTH_UNIT / nearest * (1.0 + 1e-5) : DEPTH_AT_EYE;
 }
 
-// Covers nothing.
-const vec4 NOWHERE = vec4(2.0, 2.0, 0.0, 1.0);
-
 // Polygons in the picture ------------------------------------------------------------------------------------------
 
 // Whether the ball's outline is not an ellipse of moderate size.
@@ -117,7 +114,6 @@ vec2 side_normal(Ball b, View v, uint k, uint corners) {
 
 // Corner `index` of a strip of `corners` vertices that covers the ball's outline: the outline's tangents, moved outward.
 vec4 polygon_corner(Ball b, View v, Rows rows, uint index, uint corners) {
-    if (!may_be_seen(b, v, rows)) return NOWHERE;
     float depth = depth_of_ball(b);
     if (fills_picture(b, v)) {
         uint corner = min(index, 3u);
@@ -148,7 +144,6 @@ const uint ICOSAHEDRON_FACES[ICOSAHEDRON_CORNERS] = uint[](
 );
 
 vec4 icosahedron_corner(Ball b, View v, Rows rows, uint index) {
-    if (!may_be_seen(b, v, rows)) return NOWHERE;
     float depth = depth_of_ball(b);
     // A hit of the ball, moved sideways to the middle of its pixel.
     float radius = 1.00001 * (b.radius + v.reach * (v.parallel ? 1.0 : b.centre.z + b.radius));

@@ -13,7 +13,6 @@ struct DrawArgs {
 
 layout(push_constant, scalar) uniform Params {
     uint vertices; // of each photon; 0: the photons are the vertices of one instance
-    uint most;     // photons that there is room for
 } params;
 
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -21,6 +20,6 @@ layout(set = 0, binding = 18, scalar) writeonly buffer Args { DrawArgs args[]; }
 
 void main() {
     if (linear_id() != 0u) return;
-    uint photons = min(count[0], params.most);
+    uint photons = count[0];
     args[0] = params.vertices > 0u ? DrawArgs(params.vertices, photons, 0u, 0u) : DrawArgs(photons, 1u, 0u, 0u);
 }

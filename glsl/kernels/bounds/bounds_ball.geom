@@ -23,7 +23,6 @@ void main() {
     View v = view_of(camera[0]);
     Rows rows = Rows(float(params.first_row), float(params.rows), float(camera[0].height));
     Ball b = ball_of(photons[photon_of_point[0]], v);
-    if (!may_be_seen(b, v, rows)) return;
     [[dont_unroll]] for (uint corner = 0u; corner < ICOSAHEDRON_CORNERS; ++corner) {
         photon = photon_of_point[0];
         gl_Position = icosahedron_corner(b, v, rows, corner);

@@ -25,7 +25,6 @@ void main() {
     View v = view_of(camera[0]);
     Rows rows = Rows(float(params.first_row), float(params.rows), float(camera[0].height));
     Ball b = ball_of(photons[photon_of_point[0]], v);
-    if (!may_be_seen(b, v, rows)) return;
     uint corners = fills_picture(b, v) ? 4u : CORNERS;
     [[dont_unroll]] for (uint corner = 0u; corner < corners; ++corner) {
         photon = photon_of_point[0];

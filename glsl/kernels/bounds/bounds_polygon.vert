@@ -15,10 +15,11 @@ layout(push_constant, scalar) uniform Params {
 } params;
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 20, scalar) readonly buffer Photons { Photon photons[]; };
+layout(set = 0, binding = 21, scalar) readonly buffer Seen { uint seen[]; }; // photons that may be in the picture
 layout(location = 0) flat out uint photon;
 
 void main() {
-    photon = uint(gl_InstanceIndex);
+    photon = seen[gl_InstanceIndex];
     View v = view_of(camera[0]);
     Rows rows = Rows(float(params.first_row), float(params.rows), float(camera[0].height));
     gl_Position = polygon_corner(ball_of(photons[photon], v), v, rows, uint(gl_VertexIndex), CORNERS);

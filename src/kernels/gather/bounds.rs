@@ -7,14 +7,16 @@
 use super::{Band, Points, Program};
 use crate::draw_state::{Cull, DepthTest, DrawState, Topology};
 use crate::graph::{Buf, Draw, DrawArgs, Graph, Grid, Instances, RasterPass};
+use crate::kernels::Items;
+use crate::kernels::compact::{self, Survivors};
 use crate::kernels::generated::{
     BoundsArgs, BoundsArgsBindings, BoundsArgsParams, BoundsBallGeom, BoundsBallGeomBindings, BoundsBallGeomParams,
     BoundsBallVert, BoundsBallVertBindings, BoundsBallVertParams, BoundsDepthFrag, BoundsDepthFragBindings,
     BoundsDepthFragParams, BoundsDepths, BoundsDepthsBindings, BoundsPointVert, BoundsPointVertBindings,
     BoundsPolygonGeom, BoundsPolygonGeomBindings, BoundsPolygonGeomParams, BoundsPolygonVert,
     BoundsPolygonVertBindings, BoundsPolygonVertParams, BoundsResolve, BoundsResolveBindings, BoundsResolveParams,
-    BoundsScreenVert, BoundsScreenVertBindings, BoundsSplatFrag, BoundsSplatFragBindings, BoundsSplatFragParams,
-    Photon,
+    BoundsScreenVert, BoundsScreenVertBindings, BoundsSeen, BoundsSeenBindings, BoundsSeenParams, BoundsSplatFrag,
+    BoundsSplatFragBindings, BoundsSplatFragParams, Photon,
 };
 
 /// Rows of a strip of pixels (glsl/lib/pixels.glsl).
@@ -106,14 +108,15 @@ pub fn bounds(
 ) {
     let rows = Rows::of(band);
     let depths = hit_depths(g, (points, band));
+    let seen = photons_in_picture(g, (band, rows), photons);
     let mut args = g.buffer::<DrawArgs>("bounds_args", 1);
-    let params = BoundsArgsParams { vertices: bounds.vertices(), most: photons.0.len() };
-    g.dispatch(BoundsArgs, Grid::Threads(1), params, BoundsArgsBindings { count: photons.1, args: &mut args });
+    let params = BoundsArgsParams { vertices: bounds.vertices() };
+    g.dispatch(BoundsArgs, Grid::Threads(1), params, BoundsArgsBindings { count: &seen.count, args: &mut args });
     let pixels = band.size[0] * rows.count;
     let (mut caustic, mut other) = (g.buffer("bounds_caustic", pixels), g.buffer("bounds_other", pixels));
     // Nothing passes where there is no hit.
     let pass = RasterPass { name: "bounds", extent: [band.size[0], rows.count], depth: Some(1.0) };
-    let splats = outline(bounds, Instances::Indirect(&args), (band, rows), photons.0)
+    let splats = outline(bounds, Instances::Indirect(&args), (band, rows), (photons.0, &seen.indices))
         .fragment(
             BoundsSplatFrag {
                 glossy: program.glossy,
@@ -139,6 +142,19 @@ pub fn bounds(
     };
     let params = BoundsResolveParams { first_row: rows.first, rows: rows.count };
     g.dispatch(kernel, Grid::Indirect(points.args), params, bind);
+}
+
+/// The photons whose bounds may be in the picture, in order.
+fn photons_in_picture(
+    g: &mut Graph,
+    (band, rows): (Band<'_>, Rows),
+    (photons, count): (&Buf<Photon>, &Buf<u32>),
+) -> Survivors {
+    let mut flags = g.buffer("photons_in_picture", photons.len());
+    let bind = BoundsSeenBindings { camera: band.camera, count, photons, flags: &mut flags };
+    let params = BoundsSeenParams { first_row: rows.first, rows: rows.count };
+    g.dispatch(BoundsSeen, Grid::Threads(photons.len()), params, bind);
+    compact::indices(g, Items::Counted(count), &flags, 64)
 }
 
 /// Depths of the eye hits by pixel of the band; 1 without one.
@@ -173,22 +189,22 @@ fn outline<'a>(
     bounds: Bounds,
     count: Instances<'a>,
     (band, rows): (Band<'a>, Rows),
-    photons: &'a Buf<Photon>,
+    (photons, seen): (&'a Buf<Photon>, &'a Buf<u32>),
 ) -> Draw<'a> {
     let (camera, first_row, rows) = (band.camera, rows.first, rows.count);
-    let point = |count| Draw::new(BoundsPointVert, count, (), BoundsPointVertBindings { none: Default::default() });
+    let point = |count| Draw::new(BoundsPointVert, count, (), BoundsPointVertBindings { seen });
     match (bounds.amplification, bounds.shape) {
         (Amplification::Vertex, Shape::Polygon(corners)) => Draw::new(
             BoundsPolygonVert { corners },
             count,
             BoundsPolygonVertParams { first_row, rows },
-            BoundsPolygonVertBindings { camera, photons },
+            BoundsPolygonVertBindings { camera, photons, seen },
         ),
         (Amplification::Vertex, Shape::Icosahedron) => Draw::new(
             BoundsBallVert,
             count,
             BoundsBallVertParams { first_row, rows },
-            BoundsBallVertBindings { camera, photons },
+            BoundsBallVertBindings { camera, photons, seen },
         ),
         (Amplification::Geometry, Shape::Polygon(corners)) => point(count).geometry(
             BoundsPolygonGeom { corners },
