@@ -142,3 +142,23 @@ pub(super) fn gather(
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_feature_comes_with_advice() {
+        let lacking = || Err(Error::MissingFeature { device: "d".into(), feature: "geometry kernels".into() });
+        let text = advise(lacking(), "use another").map_err(|error| error.to_string());
+        assert_eq!(text, Err("device 'd' lacks geometry kernels: use another".into()));
+        assert!(matches!(advise(Err(Error::Interrupted), "nothing"), Err(Error::Interrupted)));
+        assert!(advise(Ok(()), "nothing").is_ok());
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let names: std::collections::BTreeSet<_> = Estimator::ALL.iter().map(|estimator| estimator.name()).collect();
+        assert_eq!(names.len(), Estimator::ALL.len());
+    }
+}

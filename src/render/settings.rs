@@ -83,7 +83,7 @@ impl Default for Settings {
             global_smoothing: 2.0,
             alpha: 2.0 / 3.0,
             leaf_photons: 8,
-            bound_vertices: 8,
+            bound_vertices: 6,
             amplification: Amplification::default(),
             full_program: false,
             count_pairs: false,
