@@ -42,7 +42,8 @@ Ball ball_of(Photon p, View v) {
     float longer = 1.0 / (SLAB * uintBitsToFloat(p.c.w));
     // The normal of the slab is rounded to 4e-5 rad; hits and photons far from the origin are rounded in space.
     float rounding = 1e-4 * longer + 1e-6 * max_component(max(abs(position), abs(v.position)));
-    return Ball(vec3(dot(offset, v.x), dot(offset, v.y), dot(offset, v.z)), longer * sqrt(1.0 + SLAB * SLAB) + rounding);
+    vec3 centre = vec3(dot(offset, v.x), dot(offset, v.y), dot(offset, v.z));
+    return Ball(centre, longer * sqrt(1.0 + SLAB * SLAB) + rounding);
 }
 
 // Distance from the middle of the picture, along a unit vector n in it, of the line across n that touches the ball's
@@ -136,11 +137,16 @@ const float A = 0.66158454;
 const float B = 1.07046627;
 const float ICOSAHEDRON_RADIUS = 1.25840857;
 const vec3 ICOSAHEDRON[12] = vec3[](
-    vec3(0.0, A, B), vec3(A, B, 0.0), vec3(B, 0.0, A), vec3(0.0, A, -B), vec3(A, -B, 0.0), vec3(-B, 0.0, A), vec3(0.0, -A, B), vec3(-A, B, 0.0), vec3(B, 0.0, -A), vec3(0.0, -A, -B), vec3(-A, -B, 0.0), vec3(-B, 0.0, -A)
+    vec3(0.0, A, B), vec3(A, B, 0.0), vec3(B, 0.0, A), vec3(0.0, A, -B),
+    vec3(A, -B, 0.0), vec3(-B, 0.0, A), vec3(0.0, -A, B), vec3(-A, B, 0.0),
+    vec3(B, 0.0, -A), vec3(0.0, -A, -B), vec3(-A, -B, 0.0), vec3(-B, 0.0, -A)
 );
 // Counter-clockwise as seen from outside.
 const uint ICOSAHEDRON_FACES[ICOSAHEDRON_CORNERS] = uint[](
-    0u, 2u, 1u, 0u, 1u, 7u, 0u, 6u, 2u, 0u, 5u, 6u, 0u, 7u, 5u, 1u, 2u, 8u, 1u, 3u, 7u, 1u, 8u, 3u, 2u, 6u, 4u, 2u, 4u, 8u, 3u, 11u, 7u, 3u, 8u, 9u, 3u, 9u, 11u, 4u, 6u, 10u, 4u, 9u, 8u, 4u, 10u, 9u, 5u, 10u, 6u, 5u, 7u, 11u, 5u, 11u, 10u, 9u, 10u, 11u
+    0u, 2u, 1u, 0u, 1u, 7u, 0u, 6u, 2u, 0u, 5u, 6u, 0u, 7u, 5u,
+    1u, 2u, 8u, 1u, 3u, 7u, 1u, 8u, 3u, 2u, 6u, 4u, 2u, 4u, 8u,
+    3u, 11u, 7u, 3u, 8u, 9u, 3u, 9u, 11u, 4u, 6u, 10u, 4u, 9u, 8u,
+    4u, 10u, 9u, 5u, 10u, 6u, 5u, 7u, 11u, 5u, 11u, 10u, 9u, 10u, 11u
 );
 
 vec4 icosahedron_corner(Ball b, View v, Rows rows, uint index) {
