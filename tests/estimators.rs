@@ -7,7 +7,7 @@
 mod lab;
 
 use lab::Shot;
-use nephroid::render::{Estimator, Footprint, Record, Settings, Weight};
+use nephroid::render::{Amplification, Estimator, Footprint, Record, Session, Settings, Weight};
 use nephroid::scene::{self, Limits, Scene};
 
 /// Largest difference of a pixel between estimators, relative to the larger of its value and a thousandth of the mean.
@@ -53,6 +53,56 @@ fn constant_radius_gives_what_brute_force_gives() {
             println!("{name}, {}: {difference:.1e}", estimator.name());
             assert!(difference <= 1e-5, "{name}, {}: {difference:e}", estimator.name());
         }
+    }
+}
+
+/// The ways to draw bounds that are not the default.
+#[test]
+fn bounds_of_all_kinds_give_what_brute_force_gives() {
+    for name in ["cornell-glass", "glossy"] {
+        let scene = asset(name);
+        let brute = Shot::take(&scene, &settings(Estimator::Brute, &scene, 0.03), 0..1);
+        for (estimator, bound_vertices, amplification) in [
+            (Estimator::Bounds25d, 6, Amplification::Vertex),
+            (Estimator::Bounds25d, 18, Amplification::Vertex),
+            (Estimator::Bounds25d, 7, Amplification::Geometry),
+            (Estimator::Bounds3d, 8, Amplification::Geometry),
+        ] {
+            let of = Settings { bound_vertices, amplification, ..settings(estimator, &scene, 0.03) };
+            let difference = difference(&Shot::take(&scene, &of, 0..1), &brute);
+            let what = format!("{name}, {}, {bound_vertices} vertices, {amplification:?}", estimator.name());
+            println!("{what}: {difference:.1e}");
+            assert!(difference <= 1e-5, "{what}: {difference:e}");
+        }
+    }
+}
+
+/// Bounds leave out most photons and none that counts; most of what is left out is hidden or outside of the picture.
+#[test]
+fn bounds_test_few_pairs_and_accept_all() {
+    let scene = asset("corridors");
+    let pairs = |estimator| {
+        let of = Settings { count_pairs: true, ..settings(estimator, &scene, 0.01) };
+        let statistics = Shot::take(&scene, &of, 0..1).statistics;
+        (statistics.pairs_tested, statistics.pairs_accepted)
+    };
+    let (all, accepted) = pairs(Estimator::Brute);
+    assert!(accepted > 100, "{accepted} pairs");
+    for estimator in [Estimator::Bounds25d, Estimator::Bounds3d] {
+        let (tested, found) = pairs(estimator);
+        println!("{}: {tested} pairs tested of {all}, {accepted} accepted", estimator.name());
+        assert_eq!(found, accepted, "{}", estimator.name());
+        assert!(tested < all / 20, "{}: {tested} pairs tested of {all}", estimator.name());
+    }
+}
+
+#[test]
+fn bounds_out_of_range_are_refused() {
+    let scene = asset("cornell-glass");
+    for bound_vertices in [0, 5, 19, u32::MAX] {
+        let of = Settings { bound_vertices, ..settings(Estimator::Bounds25d, &scene, 0.03) };
+        let refused = Session::new(&lab::runtime(), scene.clone(), of).err().map(|error| error.to_string());
+        assert!(refused.as_ref().is_some_and(|text| text.contains("6 to 18")), "{bound_vertices}: {refused:?}");
     }
 }
 

@@ -8,7 +8,10 @@ use gather_support::{Light, Random, difference, gathered, gathered_at, lambert, 
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
-use nephroid::kernels::gather::{Band, MAX_NEIGHBOURS, Points, Program, Weight, brute, bvh, knn, knn_map, tiled};
+use nephroid::kernels::gather::{
+    Amplification, Band, Bounds, MAX_NEIGHBOURS, Points, Program, Shape, Weight, bounds, brute, bvh, knn, knn_map,
+    tiled,
+};
 use nephroid::kernels::generated::EyeHit;
 use nephroid::kernels::lbvh;
 use nephroid::kernels::photon::{self, Deposits};
@@ -17,7 +20,14 @@ type At<'a> = (Points<'a>, Band<'a>);
 type Gather = fn(&mut Graph, Program, At<'_>, &mut Deposits, &mut Buf<[f32; 4]>);
 
 /// All estimators.
-const ESTIMATORS: &[(&str, Gather)] = &[("brute", by_brute), ("bvh", by_bvh), ("hash", by_hash), ("tiled", by_tiled)];
+const ESTIMATORS: &[(&str, Gather)] = &[
+    ("brute", by_brute),
+    ("bvh", by_bvh),
+    ("hash", by_hash),
+    ("tiled", by_tiled),
+    ("bounds25d", by_polygons),
+    ("bounds3d", by_icosahedra),
+];
 
 fn by_tiled(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
     let mut touched = g.buffer("touched", deposits.photons.len());
@@ -28,6 +38,16 @@ fn by_tiled(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits
 fn by_hash(g: &mut Graph, program: Program, (points, _): At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
     let grid = hash_grid(g, deposits, HashOptions::default());
     hash(g, program, points, &grid, target);
+}
+
+fn by_polygons(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
+    let drawn = Bounds { shape: Shape::Polygon(8), amplification: Amplification::Vertex };
+    bounds(g, (program, drawn), at, (&deposits.photons, &deposits.count), target);
+}
+
+fn by_icosahedra(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
+    let drawn = Bounds { shape: Shape::Icosahedron, amplification: Amplification::Geometry };
+    bounds(g, (program, drawn), at, (&deposits.photons, &deposits.count), target);
 }
 
 /// The room from outside.

@@ -93,6 +93,8 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         sampling: request.light.sampling,
         weight: request.light.kernel,
         footprint: footprint(request.light.footprint, scene),
+        bound_vertices: request.light.bounds_vertices,
+        amplification: request.light.bounds_stage,
         record: request.light.photon_record,
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
         layers: !request.view.aov.is_empty() || needs_layers,

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Record, Sampling, Weight};
+use crate::render::{Amplification, Estimator, PhotonBuild, Record, Sampling, Settings, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -111,6 +111,15 @@ pub struct LightArgs {
     /// units that never shrink: blurred for ever)
     #[arg(long, value_name = "RULE", default_value = "differential", value_parser = values::footprint)]
     pub footprint: values::FootprintRule,
+
+    /// Corners of the polygon that `bounds25d` draws around a photon: more fit tighter and cost more
+    #[arg(long, value_name = "N", default_value_t = Settings::default().bound_vertices, hide_short_help = true,
+          value_parser = clap::value_parser!(u32).range(6..=18))]
+    pub bounds_vertices: u32,
+
+    /// Which kernel draws the bounds of `bounds25d` and `bounds3d`
+    #[arg(long, value_name = "STAGE", value_enum, default_value_t, hide_short_help = true)]
+    pub bounds_stage: Amplification,
 
     /// Weight of photons within their footprint
     #[arg(long, value_name = "KERNEL", value_enum, default_value_t)]

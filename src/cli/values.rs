@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Estimator, PhotonBuild, Record, Sampling, Scale, Weight};
+use crate::render::{Amplification, Estimator, PhotonBuild, Record, Sampling, Scale, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,6 +226,19 @@ impl ValueEnum for Record {
             Self::Full => PossibleValue::new("full").help("64 bytes: ellipses, in full precision"),
             Self::Packed20 => PossibleValue::new("20").help("Discs"),
             Self::Packed12 => PossibleValue::new("12").help("Discs, positions relative to a cell or tile"),
+        })
+    }
+}
+
+impl ValueEnum for Amplification {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Vertex, Self::Geometry]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Vertex => PossibleValue::new("vertex").help("The vertex kernel: an instance for each photon"),
+            Self::Geometry => PossibleValue::new("geometry").help("The geometry kernel, where the device has one"),
         })
     }
 }

@@ -3,10 +3,14 @@
 use super::leaf_size;
 use super::settings::{Record, Settings};
 use super::upload::DeviceScene;
+use crate::error::{Error, Result};
 use crate::graph::{Buf, Graph, Lanes};
-use crate::kernels::gather::{self, Band, HashGrid, Points, Program, hash};
+use crate::kernels::gather::{
+    self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
+};
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::{Items, lbvh, reduce};
+use crate::vk::{Device, Feature};
 
 /// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
 /// picture; they differ in time and memory.
@@ -18,6 +22,10 @@ pub enum Estimator {
     Hash,
     /// Lists of photons per tile of the image (Mara, Luebke and McGuire 2013); a hierarchy behind mirrors and glass.
     Tiled,
+    /// A polygon drawn around each photon's outline in the picture (Mara, Luebke and McGuire 2013).
+    Bounds25d,
+    /// An icosahedron drawn around each photon (same).
+    Bounds3d,
     /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
     /// than k footprints overlap.
     Knn,
@@ -27,7 +35,8 @@ pub enum Estimator {
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Bvh, Self::Tiled, Self::Hash, Self::Knn, Self::Brute];
+    pub const ALL: [Self; 7] =
+        [Self::Bvh, Self::Tiled, Self::Hash, Self::Bounds25d, Self::Bounds3d, Self::Knn, Self::Brute];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
@@ -36,6 +45,8 @@ impl Estimator {
             Self::Hash => "hash",
             Self::Knn => "knn",
             Self::Tiled => "tiled",
+            Self::Bounds25d => "bounds25d",
+            Self::Bounds3d => "bounds3d",
             Self::Brute => "brute",
         }
     }
@@ -49,6 +60,11 @@ impl Estimator {
                 "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
             }
             Self::Tiled => "Lists of photons per tile of the image; hits behind mirrors and glass by bvh",
+            Self::Bounds25d => {
+                "A polygon drawn around each photon, for a device that rasterises; what mirrors and glass show is \
+                 gathered as by `bvh`"
+            }
+            Self::Bounds3d => "An icosahedron drawn around each photon, otherwise as `bounds25d`",
             Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
         }
     }
@@ -57,7 +73,7 @@ impl Estimator {
     pub fn walks(self) -> bool {
         match self {
             Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
-            Self::Knn => false,
+            Self::Knn | Self::Bounds25d | Self::Bounds3d => false,
         }
     }
 
@@ -65,6 +81,49 @@ impl Estimator {
     pub fn default_for(_lanes: Lanes) -> Self {
         Self::Bvh
     }
+
+    /// How photons are drawn, if they are.
+    fn bounds(self, settings: &Settings) -> Option<Bounds> {
+        let shape = match self {
+            Self::Bounds25d => Shape::Polygon(settings.bound_vertices),
+            Self::Bounds3d => Shape::Icosahedron,
+            Self::Bvh | Self::Hash | Self::Tiled | Self::Knn | Self::Brute => return None,
+        };
+        Some(Bounds { shape, amplification: settings.amplification })
+    }
+}
+
+/// Refuses settings that make no sense, and estimators that the device cannot run.
+///
+/// # Errors
+/// [`Error::Usage`] and [`Error::MissingFeature`].
+pub(super) fn check(device: &Device, settings: &Settings) -> Result<()> {
+    let Some(bounds) = settings.estimator.and_then(|estimator| estimator.bounds(settings)) else { return Ok(()) };
+    if let Shape::Polygon(corners) = bounds.shape
+        && !POLYGON_CORNERS.contains(&corners)
+    {
+        let (least, most) = POLYGON_CORNERS.into_inner();
+        return Err(Error::Usage(format!("bounds of {corners} vertices: from {least} to {most} are possible")));
+    }
+    if settings.lens.is_some() {
+        let text = "--estimator bounds25d and bounds3d draw what a camera without a lens sees: leave --aperture out, or choose another";
+        return Err(Error::Usage(text.into()));
+    }
+    advise(device.require(&[Feature::Raster]), "choose another --estimator")?;
+    match bounds.amplification {
+        Amplification::Vertex => Ok(()),
+        Amplification::Geometry => advise(device.require(&[Feature::GeometryShader]), "use --bounds-stage vertex"),
+    }
+}
+
+/// Adds to the report of a missing feature what can be done.
+fn advise(result: Result<()>, advice: &str) -> Result<()> {
+    result.map_err(|error| match error {
+        Error::MissingFeature { device, feature } => {
+            Error::MissingFeature { device, feature: format!("{feature}: {advice}") }
+        }
+        other => other,
+    })
 }
 
 /// What an estimator keeps of the photons of a pass.
@@ -79,6 +138,8 @@ pub(super) enum Structure {
         bent: Option<PhotonMap>,
         entries: Vec<Buf<u32>>,
     },
+    /// The deposits as they are, and a map for what lies behind mirrors and glass, if there is such.
+    Bounds(Bounds, Option<PhotonMap>),
     /// The deposits as they are.
     Brute,
 }
@@ -93,13 +154,18 @@ pub(super) fn build(
 ) -> Structure {
     let options =
         lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
+    // What an estimator that works in the image leaves over; nothing where eye paths end at their first surface.
+    let behind = |g: &mut Graph, deposits: &mut Deposits| {
+        device.variant.glossy.then(|| photon::map(g, deposits, options, false))
+    };
+    if let Some(bounds) = estimator.bounds(settings) {
+        return Structure::Bounds(bounds, behind(g, deposits));
+    }
     match estimator {
-        Estimator::Bvh => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
         Estimator::Tiled => {
             let mut touched = g.buffer("tiled_touched", deposits.photons.len());
             g.fill(&mut touched, 0);
-            let bent = device.variant.glossy.then(|| photon::map(g, deposits, options, false));
-            Structure::Tiled { touched, bent, entries: vec![] }
+            Structure::Tiled { touched, bent: behind(g, deposits), entries: vec![] }
         }
         Estimator::Knn => {
             let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
@@ -107,6 +173,7 @@ pub(super) fn build(
         }
         Estimator::Hash => Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default())),
         Estimator::Brute => Structure::Brute,
+        _ => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
     }
 }
 
@@ -131,6 +198,13 @@ pub(super) fn gather(
             entries.push(gather::tiled(g, program, straight, (deposits, touched), gathered));
             gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
         }
+        Structure::Bounds(bounds, map) => {
+            let (program, photons) = ((program, *bounds), (&deposits.photons, &deposits.count));
+            let Some(map) = map else { return gather::bounds(g, program, (points, band), photons, gathered) };
+            let (straight, bent) = gather::split(g, points);
+            gather::bounds(g, program, (straight.points(points), band), photons, gathered);
+            gather::bvh(g, program.0, bent.points(points), (map, deposits), gathered);
+        }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }
 }
@@ -149,6 +223,26 @@ pub(super) fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str,
             }
             counts
         }
-        Structure::Bvh(_) | Structure::Hash(_) | Structure::Knn(..) | Structure::Brute => vec![],
+        _ => vec![],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_feature_comes_with_advice() {
+        let lacking = || Err(Error::MissingFeature { device: "d".into(), feature: "geometry kernels".into() });
+        let text = advise(lacking(), "use another").map_err(|error| error.to_string());
+        assert_eq!(text, Err("device 'd' lacks geometry kernels: use another".into()));
+        assert!(matches!(advise(Err(Error::Interrupted), "nothing"), Err(Error::Interrupted)));
+        assert!(advise(Ok(()), "nothing").is_ok());
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let names: std::collections::BTreeSet<_> = Estimator::ALL.iter().map(|estimator| estimator.name()).collect();
+        assert_eq!(names.len(), Estimator::ALL.len());
     }
 }

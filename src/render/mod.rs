@@ -17,7 +17,7 @@ mod settings;
 mod shading;
 mod upload;
 
-pub use crate::kernels::gather::Weight;
+pub use crate::kernels::gather::{Amplification, Weight};
 pub use crate::kernels::photon::Footprint;
 pub use estimator::Estimator;
 pub use estimator_bytes::EstimatorBytes;

@@ -10,6 +10,13 @@ pub fn position(index: u32, width: u32, height: u32) -> (u32, u32) {
     (inside / rows, strip * ROWS + inside % rows)
 }
 
+/// The other way round: `pixel_index` of the same file.
+#[cfg(test)]
+fn index((x, y): (u32, u32), width: u32, height: u32) -> u32 {
+    let strip = y / ROWS;
+    strip * ROWS * width + x * ROWS.min(height - strip * ROWS) + y % ROWS
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -21,6 +28,7 @@ mod tests {
             for index in 0..width * height {
                 let (x, y) = position(index, width, height);
                 assert!(x < width && y < height);
+                assert_eq!(super::index((x, y), width, height), index);
                 assert!(!std::mem::replace(&mut seen[(y * width + x) as usize], true));
             }
         }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::estimator::Estimator;
+use super::estimator::{self, Estimator};
 use super::estimator_bytes::{self, EstimatorBytes};
 use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
 use super::leaf_size;
@@ -71,8 +71,9 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, or sampling that the estimator cannot
-    /// do; [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, or settings that are out of range or do
+    /// not go together; [`Error::MissingFeature`] if the device cannot run the estimator; [`Error::OutOfMemory`] for what
+    /// does not fit the device.
     pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
@@ -83,6 +84,7 @@ impl Session {
             )));
         }
         check_lens(&scene, &settings)?;
+        estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         settings.sampling.check(settings.estimator.unwrap_or(Estimator::default_for(device_scene.lanes)))?;
         device_scene.variant.blinn_phong = settings.blinn_phong;

@@ -3,7 +3,7 @@
 use super::estimator::Estimator;
 use super::sampling::Sampling;
 use crate::graph::Lanes;
-use crate::kernels::gather::Weight;
+use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
 
 /// A thin lens: what lies in the plane at `focus` is sharp, a point at distance z is spread over a disc of radius
@@ -75,6 +75,10 @@ pub struct Settings {
     pub photon_build: PhotonBuild,
     /// Photons in a leaf of the photon map at most, 1 to 16; `None` chooses by the overlap of footprints.
     pub leaf_photons: Option<u32>,
+    /// Corners of the polygon that [`Estimator::Bounds25d`] draws around a photon, 6 to 18: more fit tighter and cost more.
+    pub bound_vertices: u32,
+    /// Which kernel draws the bounds of [`Estimator::Bounds25d`] and [`Estimator::Bounds3d`].
+    pub amplification: Amplification,
     /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
     pub full_program: bool,
     /// Gathers with the kernels of a scene that has nothing but Lambert's law and flat triangles, whatever the scene has: to
@@ -134,6 +138,8 @@ impl Default for Settings {
             alpha: 2.0 / 3.0,
             photon_build: PhotonBuild::default(),
             leaf_photons: None,
+            bound_vertices: 6,
+            amplification: Amplification::default(),
             full_program: false,
             lambert_estimate: false,
             count_pairs: false,

@@ -1,6 +1,7 @@
 //! Density estimation at the eye hits. One file per estimator; all of them weigh a photon by glsl/lib/estimate.glsl, so
 //! with the same photons they give the same radiance, and differ in which photons they look at to find those that count.
 
+mod bounds;
 mod brute;
 mod bvh;
 pub mod hash;
@@ -12,6 +13,7 @@ mod sampling;
 mod split;
 pub mod tiled;
 
+pub use bounds::{Amplification, Bounds, POLYGON_CORNERS, Shape, bounds};
 pub use brute::brute;
 pub use bvh::bvh;
 pub use hash::{HashGrid, hash, hash_grid};

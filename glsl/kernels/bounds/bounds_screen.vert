@@ -1,0 +1,7 @@
+// One triangle over the whole picture.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+
+void main() {
+    gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
