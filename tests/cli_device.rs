@@ -160,7 +160,10 @@ fn bench_measures_every_kind() {
         assert!(rates.iter().all(|rate| rate["seconds"].as_f64() > Some(0.0) && rate["items"].as_u64() > Some(0)));
         rates.iter().map(|rate| rate["name"].as_str().expect("a name").to_owned()).collect()
     };
-    assert_eq!(names(&report["rates"]), ["copy", "multiply", "scan", "sort", "sort, one CPU thread", "additive blending"]);
+    assert_eq!(
+        names(&report["rates"]),
+        ["copy", "multiply", "scan", "sort", "sort, one CPU thread", "additive blending"]
+    );
     let scene = &report["scenes"][0];
     let wanted = [
         "SAH tree, host",

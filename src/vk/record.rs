@@ -4,6 +4,7 @@ use super::buffer::{Buffer, BufferSlice, Place, SLACK};
 use super::commands::{CommandState, Commands, MARKED_SCOPES, QUERY_CHUNK, Scope, create_query_pool};
 use super::core::{Core, Sync2};
 use super::failed;
+use super::limits::DeviceKind;
 use super::pipeline::Pipeline;
 use crate::error::{Error, Result};
 use ash::vk;
@@ -123,6 +124,11 @@ impl Recorder {
                 Sync2::Promoted => core.raw.cmd_write_timestamp2(commands, stage, pool, index),
                 Sync2::Extension(fns) => fns.cmd_write_timestamp2(commands, stage, pool, index),
             }
+        }
+        if core.info.kind == DeviceKind::Software {
+            // Once anything was drawn, lavapipe takes a time only when it next has to finish its drawing, which may be after
+            // the work that follows. A dependency on nothing makes it finish now, and orders nothing.
+            self.depend(&vk::DependencyInfo::default());
         }
     }
 
