@@ -69,26 +69,33 @@ fn bias(shot: &[f64], full: &[f64], width: usize) -> (f64, f64) {
     (mean, (variance / n).sqrt())
 }
 
+/// In the mean every estimator that walks gives with one photon in k^2 what it gives with all of them.
 #[test]
 fn the_stochastic_walk_is_unbiased() {
-    for name in ["cornell-glass", "glossy"] {
+    let walkers = || Estimator::ALL.into_iter().filter(|e| e.walks() && *e != Estimator::Brute);
+    assert_eq!(walkers().count(), 3);
+    for (name, estimator) in ["cornell-glass", "glossy"].into_iter().flat_map(|name| walkers().map(move |e| (name, e)))
+    {
         let scene = asset(name);
-        let light = |sampling| {
-            let settings = Settings { sampling, ..settings(64, 48, 8000) };
+        let take = |sampling| {
+            let plain = settings(64, 48, 8000);
+            let settings = Settings { sampling, estimator: Some(estimator), count_pairs: true, ..plain };
             let shot = Shot::take(&scene, &settings, 0..16);
-            shot.moments.iter().map(|m| m[1] / 16.0).collect::<Vec<_>>()
+            (shot.moments.iter().map(|m| m[1] / 16.0).collect::<Vec<_>>(), shot.statistics.pairs_accepted as f64)
         };
-        let full = light(Sampling::Full);
-        for k in [2, 4] {
-            let part = light(stochastic(k));
-            let (mean, error) = bias(&part, &full, 64);
-            println!("{name}, k = {k}: {mean:+.5} +- {error:.5}");
-            assert!(error > 0.0 && mean.abs() < 3.5 * error, "{name}, k = {k}: off by {mean}, +- {error}");
-            let level = full.iter().sum::<f64>() / full.len() as f64;
-            let raised: Vec<f64> = part.iter().map(|x| x + 0.1 * level).collect();
-            let (mean, error) = bias(&raised, &full, 64);
-            assert!(mean.abs() > 3.5 * error, "{name}: 10 % must be noticed, not {mean} +- {error}");
-        }
+        let (full, all) = take(Sampling::Full);
+        let k = if estimator == Estimator::Bvh { 4 } else { 2 };
+        let (part, visited) = take(stochastic(k));
+        let (mean, error) = bias(&part, &full, 64);
+        let what = format!("{name}, {}, k = {k}", estimator.name());
+        println!("{what}: {mean:+.5} +- {error:.5}, {:.4} of the pairs", visited / all);
+        assert!(error > 0.0 && mean.abs() < 3.5 * error, "{what}: off by {mean}, +- {error}");
+        let share = visited / all * f64::from(k * k);
+        assert!((share - 1.0).abs() < 0.05, "{what}: {share} of the pairs that it should visit");
+        let level = full.iter().sum::<f64>() / full.len() as f64;
+        let raised: Vec<f64> = part.iter().map(|x| x + 0.1 * level).collect();
+        let (mean, error) = bias(&raised, &full, 64);
+        assert!(mean.abs() > 3.5 * error, "{what}: 10 % must be noticed, not {mean} +- {error}");
     }
 }
 
