@@ -71,8 +71,8 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, or sampling that the estimator cannot
-    /// do; [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::Usage`] for a camera that does not exist or cannot have the lens, or sampling or records that the
+    /// estimator cannot do; [`Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
         if settings.camera >= scene.cameras.len() {
             return Err(Error::Usage(format!(
@@ -84,7 +84,9 @@ impl Session {
         }
         check_lens(&scene, &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
-        settings.sampling.check(settings.estimator.unwrap_or(Estimator::default_for(device_scene.lanes)))?;
+        let estimator = settings.estimator_on(device_scene.lanes);
+        settings.sampling.check(estimator)?;
+        estimator.check_record(settings.record)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         device_scene.variant.lens |= settings.lens.is_some();
         if settings.lambert_estimate {
