@@ -166,7 +166,8 @@ fn bin(
         touched,
     };
     let params = TiledCoverParams { lowest: tiles.lowest, first_row: tiles.first_row, levels: tiles.levels };
-    g.dispatch(TiledCover { tile_shift: tiles.shift }, Grid::Threads(n), params, bind);
+    let record = packed.map_or(Record::Full, |p| p.record).code();
+    g.dispatch(TiledCover { tile_shift: tiles.shift, record }, Grid::Threads(n), params, bind);
     scan::exclusive(g, Items::All, &counts, &mut places, &mut total);
     let (mut keys, mut entries) = (g.buffer("tile_keys", most), g.buffer("tile_list", most));
     let bind = TiledFillBindings { covers: &covers, places: &places, keys: &mut keys, entries: &mut entries };
