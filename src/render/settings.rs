@@ -84,7 +84,8 @@ pub struct Settings {
     pub lambert_estimate: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
-    /// Brings the photons of each pass to the host ([`super::Session::photons`]): for measurements, slower.
+    /// Brings the photons of each pass to the host ([`super::Session::photons`]), packed ones as the discs that they stand for: for
+    /// measurements, slower.
     pub read_photons: bool,
 }
 

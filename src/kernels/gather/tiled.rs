@@ -4,7 +4,8 @@
 //! into the tiles they reach, places follow from a scan, pairs of tile and photon are written photon by photon and sorted by
 //! tile, which keeps their order. Tiles come in levels, each of twice the side of the one below, up to a single tile; a photon
 //! goes to the lowest level where it needs at most [`MOST_TILES`]. So no list overflows, whatever the photons, and memory is
-//! bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible entries.
+//! bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible entries. Records of 20 bytes are found by entry, like
+//! photons; those of 12 bytes are copied for each entry, relative to its tile, as in the paper, and need [`RECORD_BYTES`] more for each.
 //!
 //! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another estimator.
 
@@ -28,6 +29,9 @@ pub const PHOTON_BYTES: u32 = 8 + 4 + 4 + 4;
 
 /// Bytes per entry while entries are sorted: tile and photon, twice.
 pub const ENTRY_BYTES: u32 = 16;
+
+/// Bytes per entry of a record of 12 bytes.
+pub const RECORD_BYTES: u32 = 12;
 
 /// Rows of pixels in a strip (glsl/lib/pixels.glsl).
 const STRIP: u32 = 4;
