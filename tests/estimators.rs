@@ -128,26 +128,59 @@ fn rms(a: &Shot, b: &Shot) -> f64 {
     (squares.sum::<f64>() / n).sqrt() / mean
 }
 
+/// The estimators that have records, with the kinds of these.
+const PACKED: [(Estimator, Record); 5] = [
+    (Estimator::Bvh, Record::Packed20),
+    (Estimator::Hash, Record::Packed20),
+    (Estimator::Tiled, Record::Packed20),
+    (Estimator::Hash, Record::Packed12),
+    (Estimator::Tiled, Record::Packed12),
+];
+
 /// What packing costs in precision, apart from noise: the same photons, the same radius. The table of ARCHITECTURE.md has the figures.
 #[test]
 fn packing_adds_a_small_error() {
     for (name, footprint, bound) in [
         ("cornell-glass", Some(0.05), 0.01),
         ("glossy", Some(0.05), 0.02),
+        ("coffee-cup", Some(0.05), 0.02),
         ("cornell-glass", None, 0.15), // ellipses become discs, which is most of the 11 %
     ] {
         let scene = asset(name);
-        let of = |record| Settings {
+        let of = |estimator, record| Settings {
             record,
+            count_pairs: true,
             footprint: footprint.map_or(Footprint::Differential, |f| Footprint::Fixed(f * radius(&scene))),
-            ..settings(Estimator::Bvh, &scene, 0.0)
+            ..settings(estimator, &scene, 0.0)
         };
-        let full = Shot::take(&scene, &of(Record::Full), 0..4);
-        let packed = Shot::take(&scene, &of(Record::Packed20), 0..4);
-        let (error, energy) = (rms(&packed, &full), packed.mean("") / full.mean("") - 1.0);
-        println!("{name}, {footprint:?}: rms {:.3} %, mean {:+.3} %", 100.0 * error, 100.0 * energy);
-        assert!(error > 0.0 && error < bound, "{name}, {footprint:?}: {error}");
-        assert!(energy.abs() < 0.1 * bound, "{name}, {footprint:?}: mean {energy:+}");
+        let full = Shot::take(&scene, &of(Estimator::Bvh, Record::Full), 0..4);
+        for (estimator, record) in PACKED {
+            let packed = Shot::take(&scene, &of(estimator, record), 0..4);
+            let (error, energy) = (rms(&packed, &full), packed.mean("") / full.mean("") - 1.0);
+            let pairs = packed.statistics.pairs_accepted as f64 / full.statistics.pairs_accepted as f64 - 1.0;
+            let what = format!("{name}, {footprint:?}, {}, {record:?}", estimator.name());
+            println!(
+                "{what}: rms {:.3} %, mean {:+.3} %, pairs {:+.3} %",
+                100.0 * error,
+                100.0 * energy,
+                100.0 * pairs
+            );
+            assert!(error > 0.0 && error < bound, "{what}: {error}");
+            assert!(energy.abs() < 0.1 * bound, "{what}: mean {energy:+}");
+            assert!(footprint.is_none() || pairs.abs() < 2e-3, "{what}: pairs {pairs:+}");
+        }
+    }
+}
+
+#[test]
+fn records_that_an_estimator_lacks_are_refused() {
+    for estimator in Estimator::ALL {
+        for record in [Record::Full, Record::Packed20, Record::Packed12] {
+            let has = record == Record::Full || PACKED.contains(&(estimator, record));
+            let error = estimator.check_record(record).err().map(|error| error.to_string());
+            let names = |text: &str| text.contains("--photon-record") && text.contains("--estimator");
+            assert!(error.as_deref().map_or(has, |text| !has && names(text)), "{estimator:?}, {record:?}: {error:?}");
+        }
     }
 }
 

@@ -4,7 +4,7 @@ mod gather_support;
 
 use gather_support::support::Harness;
 use gather_support::view::View;
-use gather_support::{Light, Random, difference, gathered, gathered_at, lambert, room};
+use gather_support::{Light, Random, difference, gathered_at, lambert, room};
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
@@ -32,12 +32,12 @@ const ESTIMATORS: &[(&str, Gather)] = &[
 fn by_tiled(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
     let mut touched = g.buffer("touched", deposits.photons.len());
     g.fill(&mut touched, 0);
-    tiled(g, program, at, (deposits, &mut touched), target);
+    tiled(g, program, at, (deposits, None, &mut touched), target);
 }
 
 fn by_hash(g: &mut Graph, program: Program, (points, _): At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
-    let grid = hash_grid(g, deposits, HashOptions::default());
-    hash(g, program, points, &grid, target);
+    let grid = hash_grid(g, deposits, HashOptions::default(), None);
+    hash(g, program, points, (&grid, deposits), target);
 }
 
 fn by_polygons(g: &mut Graph, program: Program, at: At<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
@@ -113,32 +113,6 @@ fn radii_from_dust_to_the_room() {
     let radius = |r: &mut gather_support::Random| [1e-4f32.powf(r.next()), 1e-4f32.powf(r.next())];
     let (discs, hits) = room(2000, 300, radius);
     compare(&harness, &hits, &discs, Weight::Epanechnikov, 2e-5);
-}
-
-/// Packed photons against the specification of full ones: what is lost is the precision of flux, direction and normal.
-#[test]
-fn packed_photons_are_close() {
-    let harness = Harness::lock();
-    let program = lambert(&harness, Weight::Epanechnikov);
-    let packed = |hits: &[EyeHit], discs: &[Disc]| {
-        gathered(&harness, hits, discs, |g, points, deposits, target| {
-            let options = lbvh::Options { leaf_items: 8, fences: program.loop_limit.is_none() };
-            let map = photon::map(g, deposits, options, true);
-            bvh(g, program, points, (&map, deposits), target);
-        })
-    };
-    // One radius is kept exactly, and the axes' directions are.
-    let (discs, hits) = room(3000, 300, |_| [0.1, 0.1]);
-    let wanted = expected(&hits, &discs, Weight::Epanechnikov);
-    assert_eq!(difference(&packed(&hits, &discs), &wanted, 4e-3), None);
-    assert!(difference(&packed(&hits, &discs), &wanted, 1e-5).is_some(), "something was packed");
-    // Radii over two decades: each within half of a step of 128, 2.6 % of area... the mean over hits stays.
-    let (discs, hits) = room(3000, 300, |r| [0.2 * 0.01f32.powf(r.next()); 2]);
-    let wanted = expected(&hits, &discs, Weight::Epanechnikov);
-    let sum = |lights: &[Light]| lights.iter().flatten().map(|l| f64::from(l[0])).sum::<f64>();
-    let all: f64 = wanted.iter().flatten().map(|l| l[0]).sum();
-    let found = sum(&packed(&hits, &discs));
-    assert!((found / all - 1.0).abs() < 0.01, "{found}, not {all}");
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn built(harness: &Harness, photons: &[(Photon, Aabb)], options: Options) -> Bui
         let counters = g.buffer("counters", COUNTERS.len() as u32);
         let (photons, boxes) = (g.import(&stored), g.import(&boxes));
         let deposits = Deposits { photons, boxes, count, overflow, counters, truncated: vec![] };
-        let grid = hash_grid(g, &deposits, options);
+        let grid = hash_grid(g, &deposits, options, None);
         macro_rules! keep {
             ($($buffer:expr => $output:expr),*) => {$(
                 let mut target = g.import($output.memory());
@@ -139,8 +139,8 @@ fn compare(harness: &Harness, hits: &[EyeHit], discs: &[Disc], tolerance: f64, w
     let mut tested = 0.0;
     for (levels, hash_bits) in [(3, 1), (1, HASH_BITS), (LEVELS, 6), (LEVELS, HASH_BITS)] {
         let found = gathered(harness, hits, discs, |g, points, deposits, target| {
-            let grid = hash_grid(g, deposits, Options { levels, hash_bits });
-            hash(g, program, points, &grid, target);
+            let grid = hash_grid(g, deposits, Options { levels, hash_bits }, None);
+            hash(g, program, points, (&grid, deposits), target);
         });
         let options = format!("{what}, {levels} levels, {hash_bits} bits");
         assert_eq!(difference(&found, &expected, tolerance), None, "{options}");
@@ -268,8 +268,8 @@ fn levels_save_tests() {
     let program = lambert(&harness, Weight::Epanechnikov);
     let tested = |levels: u32| -> f32 {
         let found = gathered(&harness, &hits, &discs, |g, points, deposits, target| {
-            let grid = hash_grid(g, deposits, Options { levels, ..Options::default() });
-            hash(g, program, points, &grid, target);
+            let grid = hash_grid(g, deposits, Options { levels, ..Options::default() }, None);
+            hash(g, program, points, (&grid, deposits), target);
         });
         found.iter().map(|light| light[0][3]).sum()
     };

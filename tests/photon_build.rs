@@ -95,12 +95,12 @@ fn the_leaf_size_follows_the_footprints() {
             global_smoothing: smoothing,
             caustic_smoothing: smoothing,
             read_photons: true,
-            photons: Some(40_000),
+            photons: Some(120_000), // enough to overlap thirty times at the largest radius
             ..small(PhotonBuild::Linear, None)
         };
         let mut session = Session::new(&runtime, scene.clone(), settings).expect("a session");
         session.run_pass(0).expect("a pass");
-        let wanted = automatic_leaf(coverage(&scene, &session.photons()));
+        let wanted = automatic_leaf(coverage(&scene, &session.photons()), PhotonBuild::Linear);
         assert_eq!(session.leaf_photons(), Some(wanted), "the survey agrees with the pass");
         wanted
     };

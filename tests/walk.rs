@@ -27,8 +27,8 @@ fn by_bvh(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut De
 }
 
 fn by_hash(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut Deposits, target: &mut Buf<[f32; 4]>) {
-    let grid = hash_grid(g, deposits, HashOptions::default());
-    hash(g, program, points, &grid, target);
+    let grid = hash_grid(g, deposits, HashOptions::default(), None);
+    hash(g, program, points, (&grid, deposits), target);
 }
 
 /// Hits that draw the same numbers (WALK_TOGETHER of glsl/lib/walk.glsl).

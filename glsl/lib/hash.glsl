@@ -71,6 +71,26 @@ uint hash_key(uint level, uvec3 c) {
     return level << HASH_LEVEL_SHIFT | min(hash, 0x0ffffffeu); // never HASH_NONE
 }
 
+// Corner and size of a cell, for places relative to it.
+struct HashCell {
+    vec3 low;
+    vec3 size;
+};
+
+// From `low` to `high` are all footprints: that is the cell of a level that has one.
+HashCell hash_cell(HashLevel of, vec3 cell, vec3 low, vec3 high) {
+    if (!(of.scale > 0.0)) return HashCell(low, min(high - low, vec3(3e38)));
+    precise vec3 corner = cell / of.scale;
+    return HashCell(corner, vec3(1.0 / of.scale));
+}
+
+// Another hash of a cell, independent of its key: places relative to a cell make sense to nobody who means another one.
+uint hash_check(uvec3 c) {
+    uint h = (c.x * 0x8da6b343u ^ (c.y + 0x7f4a7c15u) * 0xd8163841u) * 0x9e3779b1u;
+    h = (h ^ h >> 15) + c.z * 0xcb1ab31fu;
+    return h ^ h >> 13;
+}
+
 // The next place where quadratic probing looks; the steps 1, 2, 3, ... visit every slot of a power of two.
 uint hash_probe(uint slot, inout uint step, uint mask) {
     ++step;

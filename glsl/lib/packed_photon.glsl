@@ -6,7 +6,7 @@
 //   20 bytes: position; flux; direction, normal, radius, class
 //   12 bytes: position and class; flux; direction, normal, radius
 
-layout(constant_id = 23) const uint RECORD = 0; // bytes of a record; 0: Photon in full
+layout(constant_id = 32) const uint RECORD = 0; // bytes of a record; 0: Photon in full
 
 // Radii of a pass in logarithms to base 2: code c stands for largest - c * span / (codes - 1).
 struct RadiusRange {
@@ -100,10 +100,22 @@ Photon unpack20(uvec3 position, uint power, uint look, RadiusRange range) {
     return disc_photon(uintBitsToFloat(position), normal, radius, rgbe_decode(power), direction, (look & 0x80000000u) != 0u);
 }
 
+// Steps of a position along each axis of its box, in 12 bytes.
+const float PLACE_STEPS = 1023.0;
+
+// Photons of a tile lie around its hits, no further away along any axis than their footprint reaches: a cylinder of height 2 SLAB.
+const float DISC_REACH = 1.12; // sqrt(1 + SLAB^2) = 1.118
+
+// The box that places of a tile's photons of this radius are relative to, from the box around its hits.
+void tile_box(inout vec3 low, inout vec3 size, float radius) {
+    low -= DISC_REACH * radius;
+    size += 2.0 * DISC_REACH * radius;
+}
+
 // Relative to the box that begins at `low` and is `size` long.
 uvec3 pack12(Photon p, RadiusRange range, vec3 low, vec3 size) {
     vec3 place = (uintBitsToFloat(p.a.xyz) - low) / max(size, vec3(1e-37));
-    uvec3 q = uvec3(clamp(round(place * 1023.0), vec3(0.0), vec3(1023.0)));
+    uvec3 q = uvec3(clamp(round(place * PLACE_STEPS), vec3(0.0), vec3(PLACE_STEPS)));
     bool caustic = uintBitsToFloat(p.d.w) < 0.0;
     uint look = oct_small_encode(oct_decode(p.b.w), 7u) | (oct_small_encode(oct_decode(p.a.w), 5u) << 14);
     look |= radius_encode(disc_radius(p), range, 256u) << 24;
@@ -111,10 +123,18 @@ uvec3 pack12(Photon p, RadiusRange range, vec3 low, vec3 size) {
     return uvec3(where, rgbe_encode(uintBitsToFloat(p.b.xyz)), look);
 }
 
-Photon unpack12(uvec3 record, RadiusRange range, vec3 low, vec3 size) {
-    uvec3 q = uvec3(record.x & 1023u, (record.x >> 10) & 1023u, (record.x >> 20) & 1023u);
-    float radius = radius_decode(record.z >> 24, range, 256u);
+vec3 place12(uint where, vec3 low, vec3 size) {
+    uvec3 q = uvec3(where & 1023u, (where >> 10) & 1023u, (where >> 20) & 1023u);
+    return low + size * (vec3(q) / PLACE_STEPS);
+}
+
+float radius12(uint look, RadiusRange range) {
+    return radius_decode(look >> 24, range, 256u);
+}
+
+// The photon at a place that is known already.
+Photon unpack12_at(vec3 position, uvec3 record, RadiusRange range) {
     vec3 direction = oct_small_decode(record.z, 7u), normal = oct_small_decode(record.z >> 14, 5u);
-    vec3 position = low + size * (vec3(q) / 1023.0);
-    return disc_photon(position, normal, radius, rgbe_decode(record.y), direction, (record.x & 0x80000000u) != 0u);
+    bool caustic = (record.x & 0x80000000u) != 0u;
+    return disc_photon(position, normal, radius12(record.z, range), rgbe_decode(record.y), direction, caustic);
 }

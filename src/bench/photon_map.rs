@@ -102,8 +102,8 @@ pub struct PhotonMapReport {
     pub photons: usize,
     /// Sum of the footprints' areas over the area of all surfaces.
     pub coverage: f64,
-    /// Leaf size that follows from it.
-    pub automatic: u32,
+    /// Leaf size that follows from it, by builder.
+    pub automatic: [u32; 2],
     /// Table 1.
     pub builders: Vec<BuilderTimes>,
     /// Table 2.
@@ -147,7 +147,7 @@ pub fn photon_map(
         name: scene.path.display().to_string(),
         photons: photons.len(),
         coverage,
-        automatic: automatic_leaf(coverage),
+        automatic: [PhotonBuild::Linear, PhotonBuild::Vvh].map(|build| automatic_leaf(coverage, build)),
         builders: builders.into_iter().collect::<Result<_>>()?,
         queries: queries.into_iter().collect::<Result<_>>()?,
         radii: [true, false].into_iter().filter_map(|caustic| radii(&photons, caustic)).collect(),

@@ -74,10 +74,10 @@ fn text(report: &PhotonMapReport) -> String {
     let PhotonMapReport { name, photons, coverage, automatic, .. } = report;
     let columns = |cells: &mut dyn Iterator<Item = String>| cells.map(|cell| format!("{cell:>9}")).collect::<String>();
     let mut lines = vec![
-        format!("{name}: {photons} photons, {coverage:.2} at a point on average; leaves of {automatic} by that"),
+        format!("{name}: {photons} photons, {coverage:.2} at a point on average"),
         format!("{:<26}{}", "leaf size", columns(&mut LEAF_SIZES.iter().map(u32::to_string))),
     ];
-    for times in &report.builders {
+    for (times, automatic) in report.builders.iter().zip(automatic) {
         let name = format!("{:?}", times.build).to_lowercase();
         let mut row = |what: &str, of: &dyn Fn(&LeafTime) -> String| {
             lines.push(format!("{:<26}{}", format!("{name} {what}"), columns(&mut times.leaves.iter().map(of))));

@@ -9,7 +9,7 @@ use super::generated::{
     PhotonAppendBindings, PhotonAppendParams, PhotonBounce, PhotonBounceBindings, PhotonBounceParams, PhotonEmit,
     PhotonEmitBindings, PhotonEmitParams, PhotonSort, PhotonSortBindings,
 };
-use super::records::{self, Records};
+use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact, lbvh};
 use crate::graph::{Buf, Graph, Grid};
@@ -269,15 +269,16 @@ pub struct PhotonMap {
     pub records: Option<Records>,
 }
 
-/// Builds the map on the device; `packed` of records of 20 bytes, which changes the boxes of the deposits.
+/// Builds the map on the device; `packed` of records of 20 bytes, which turns the deposits into discs ([`records::pack`]).
 pub fn map(g: &mut Graph, deposits: &mut Deposits, options: lbvh::Options, packed: bool) -> PhotonMap {
-    let records = packed.then(|| records::pack(g, deposits));
+    let record = if packed { Record::Packed20 } else { Record::Full };
+    let records = records::pack(g, deposits, record);
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
-    in_order(g, deposits, tree, records)
+    in_order(g, deposits, tree, records.as_ref())
 }
 
 /// The map of a tree over the boxes of the deposits, or of their records.
-pub fn in_order(g: &mut Graph, deposits: &Deposits, tree: lbvh::Lbvh, records: Option<Records>) -> PhotonMap {
+pub fn in_order(g: &mut Graph, deposits: &Deposits, tree: lbvh::Lbvh, records: Option<&Records>) -> PhotonMap {
     if let Some(records) = records {
         let records = Some(records.sorted(g, &tree.items, &tree.counts));
         let mut photons = g.buffer("no_photons", 1);

@@ -9,6 +9,7 @@ use crate::kernels::gather::{
     self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
 };
 use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
 use crate::vk::{Device, Feature};
 
@@ -77,6 +78,24 @@ impl Estimator {
         }
     }
 
+    /// Whether it can gather from records of this kind.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it cannot.
+    pub fn check_record(self, record: Record) -> Result<()> {
+        let advice = match (self, record) {
+            (_, Record::Full) | (Self::Hash | Self::Tiled, _) | (Self::Bvh, Record::Packed20) => return Ok(()),
+            (Self::Bvh, Record::Packed12) => {
+                "it has no cells for positions to be relative to; use --photon-record 20, or hash or tiled"
+            }
+            (Self::Knn | Self::Brute | Self::Bounds25d | Self::Bounds3d, _) => {
+                "it reads photons in full only; use --photon-record full, or bvh, hash or tiled"
+            }
+        };
+        let (name, bytes) = (self.name(), record.code());
+        Err(Error::Usage(format!("--photon-record {bytes} with --estimator {name}: {advice}")))
+    }
+
     /// The fastest of them on a kind of device, as measured (ARCHITECTURE.md).
     pub fn default_for(_lanes: Lanes) -> Self {
         Self::Bvh
@@ -134,6 +153,7 @@ pub(super) enum Structure {
     Knn(gather::KnnMap, u32),
     /// For hits at their pixel's place nothing but the deposits; a map for others.
     Tiled {
+        packed: Option<Records>,
         touched: Buf<u32>,
         bent: Option<PhotonMap>,
         entries: Vec<Buf<u32>>,
@@ -165,16 +185,28 @@ pub(super) fn build(
         Estimator::Tiled => {
             let mut touched = g.buffer("tiled_touched", deposits.photons.len());
             g.fill(&mut touched, 0);
-            Structure::Tiled { touched, bent: behind(g, deposits), entries: vec![] }
+            let packed = records::pack(g, deposits, settings.record);
+            let bent = device.variant.glossy.then(|| bent_map(g, deposits, options, packed.as_ref()));
+            Structure::Tiled { packed, touched, bent, entries: vec![] }
         }
         Estimator::Knn => {
             let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
             Structure::Knn(gather::knn_map(g, deposits, device.fences), k)
         }
-        Estimator::Hash => Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default())),
+        Estimator::Hash => {
+            let packed = records::pack(g, deposits, settings.record);
+            Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default(), packed.as_ref()))
+        }
         Estimator::Brute => Structure::Brute,
         _ => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
     }
+}
+
+/// The map for hits behind mirrors and glass. It has no cells that records of 12 bytes could be relative to: their discs then stay in
+/// full.
+fn bent_map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options, packed: Option<&Records>) -> PhotonMap {
+    let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
+    photon::in_order(g, deposits, tree, packed.filter(|p| p.record == Record::Packed20))
 }
 
 /// Writes the gathered radiance of a band's eye hits: per slot caustic, then other light.
@@ -187,15 +219,17 @@ pub(super) fn gather(
 ) {
     match structure {
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
-        Structure::Hash(grid) => gather::hash(g, program, points, grid, gathered),
+        Structure::Hash(grid) => gather::hash(g, program, points, (grid, deposits), gathered),
         Structure::Knn(map, k) => gather::knn(g, (program, *k), points, (map, deposits), gathered),
-        Structure::Tiled { touched, bent: None, entries } => {
-            entries.push(gather::tiled(g, program, (points, band), (deposits, touched), gathered));
+        Structure::Tiled { packed, touched, bent: None, entries } => {
+            let photons = (deposits, packed.as_ref(), touched);
+            entries.push(gather::tiled(g, program, (points, band), photons, gathered));
         }
-        Structure::Tiled { touched, bent: Some(map), entries } => {
+        Structure::Tiled { packed, touched, bent: Some(map), entries } => {
             let (straight, bent) = gather::split(g, points);
             let straight = (straight.points(points), band);
-            entries.push(gather::tiled(g, program, straight, (deposits, touched), gathered));
+            let photons = (deposits, packed.as_ref(), touched);
+            entries.push(gather::tiled(g, program, straight, photons, gathered));
             gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
         }
         Structure::Bounds(bounds, map) => {

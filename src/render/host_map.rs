@@ -6,7 +6,8 @@ use crate::graph::{Graph, Persistent, Readback, Runtime};
 use crate::kernels::generated::{Aabb, BvhNode, Photon};
 use crate::kernels::lbvh::Lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
-use crate::kernels::{records, vvh};
+use crate::kernels::records::{self, Record};
+use crate::kernels::vvh;
 
 /// What both halves share.
 pub(super) struct HostMap {
@@ -40,7 +41,7 @@ impl HostMap {
         g.keep(&photons);
         g.keep(&count);
         if packed {
-            records::pack(g, deposits);
+            records::pack(g, deposits, Record::Packed20);
         }
         g.readback(&deposits.boxes)
     }
@@ -66,8 +67,9 @@ impl HostMap {
             count: g.import(&self.count),
             ..Deposits::new(g, 1)
         };
-        let records = packed.then(|| records::pack(g, &mut deposits));
-        let map = photon::in_order(g, &deposits, tree, records);
+        let record = if packed { Record::Packed20 } else { Record::Full };
+        let records = records::pack(g, &mut deposits, record);
+        let map = photon::in_order(g, &deposits, tree, records.as_ref());
         (deposits, map)
     }
 

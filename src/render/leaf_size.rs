@@ -1,6 +1,7 @@
 //! How many photons a leaf of the photon map holds: T_auto of Fabianowski and Dingliana 2009, section 5.3.
 
 use super::frame::{Content, PhotonBudget, plan_survey};
+use super::settings::PhotonBuild;
 use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::{Pass, Photon};
@@ -8,8 +9,13 @@ use crate::kernels::lbvh::COUNTED_LEAF;
 use crate::scene::Scene;
 
 /// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
-/// fitted to gathering times (see ARCHITECTURE.md).
-const LEAF_PER_COVERAGE: f64 = 1.0;
+/// fitted to the times of building and gathering (docs/estimators.md). The host's builder saves more by larger leaves.
+fn leaf_per_coverage(build: PhotonBuild) -> f64 {
+    match build {
+        PhotonBuild::Linear => 0.4,
+        PhotonBuild::Vvh => 1.0,
+    }
+}
 
 /// Smaller leaves never were faster: neighbouring pixels walk the tree together, and a node costs them more than a few
 /// photons.
@@ -20,8 +26,8 @@ const SURVEY_PHOTONS: u32 = 4096;
 
 /// The leaf size for a `coverage`, the sum of the footprints' areas over the area of all surfaces: proportional, a power of
 /// two, within what serves well.
-pub fn automatic(coverage: f64) -> u32 {
-    let wanted = LEAF_PER_COVERAGE * coverage;
+pub fn automatic(coverage: f64, build: PhotonBuild) -> u32 {
+    let wanted = leaf_per_coverage(build) * coverage;
     let mut leaf = LEAST;
     // The nearest power of two by ratio; NaN, where nothing has an area, stays at the least.
     while leaf < COUNTED_LEAF && wanted > f64::from(leaf) * std::f64::consts::SQRT_2 {
@@ -79,13 +85,15 @@ mod tests {
 
     #[test]
     fn leaves_grow_with_the_overlap_and_stay_within_the_encoding() {
-        let sizes: Vec<u32> = (-4..20).map(|i| automatic(2f64.powi(i))).collect();
+        let linear = |coverage| automatic(coverage, PhotonBuild::Linear);
+        let sizes: Vec<u32> = (-4..20).map(|i| linear(2f64.powi(i))).collect();
         assert!(sizes.is_sorted() && sizes.iter().all(|size| size.is_power_of_two()));
         assert_eq!((sizes[0], sizes[23]), (LEAST, COUNTED_LEAF));
-        assert_eq!([11.0, 11.5].map(|leaf| automatic(leaf / LEAF_PER_COVERAGE)), [8, 16]);
+        assert_eq!([11.0, 11.5].map(|leaf| linear(leaf / 0.4)), [8, 16]);
+        assert_eq!([11.0, 11.5].map(|leaf| automatic(leaf, PhotonBuild::Vvh)), [8, 16]);
         for odd in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
-            assert_eq!(automatic(odd), LEAST);
+            assert_eq!(linear(odd), LEAST);
         }
-        assert_eq!(automatic(f64::INFINITY), COUNTED_LEAF);
+        assert_eq!(linear(f64::INFINITY), COUNTED_LEAF);
     }
 }

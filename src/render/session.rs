@@ -86,7 +86,9 @@ impl Session {
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
-        settings.sampling.check(settings.estimator.unwrap_or(Estimator::default_for(device_scene.lanes)))?;
+        let estimator = settings.estimator_on(device_scene.lanes);
+        settings.sampling.check(estimator)?;
+        estimator.check_record(settings.record)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         device_scene.variant.lens |= settings.lens.is_some();
         if settings.lambert_estimate {
@@ -97,7 +99,8 @@ impl Session {
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let has_tree = !budget.emissions.is_empty() && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
         if settings.leaf_photons.is_none() && has_tree {
-            settings.leaf_photons = Some(leaf_size::automatic(leaf_size::survey(runtime, content, &budget)?));
+            let coverage = leaf_size::survey(runtime, content, &budget)?;
+            settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
         }
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let frame = Recording::new(runtime, content, &budget, &state)?;

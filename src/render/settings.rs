@@ -5,6 +5,7 @@ use super::sampling::Sampling;
 use crate::graph::Lanes;
 use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
+pub use crate::kernels::records::Record;
 
 /// A thin lens: what lies in the plane at `focus` is sharp, a point at distance z is spread over a disc of radius
 /// `radius * |1 / focus - 1 / z|`, as a tangent of the angle of view (Potmesil and Chakravarty 1981).
@@ -87,7 +88,8 @@ pub struct Settings {
     pub lambert_estimate: bool,
     /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
-    /// Brings the photons of each pass to the host ([`super::Session::photons`]): for measurements, slower.
+    /// Brings the photons of each pass to the host ([`super::Session::photons`]), packed ones as the discs that they stand for: for
+    /// measurements, slower.
     pub read_photons: bool,
 }
 
@@ -100,18 +102,6 @@ pub enum PhotonBuild {
     Linear,
     /// Voxel volume heuristic, on the host: fewer nodes and photons are looked at, but photons go to the host and back.
     Vvh,
-}
-
-/// How photons are stored for the gather. Packed ones are discs, with what glsl/lib/packed_photon.glsl loses.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Record {
-    /// 64 bytes: everything in full precision.
-    #[default]
-    Full,
-    /// 20 bytes, position in full precision.
-    Packed20,
-    /// 12 bytes, position relative to a cell or tile.
-    Packed12,
 }
 
 impl Default for Settings {

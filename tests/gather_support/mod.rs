@@ -88,6 +88,21 @@ pub fn gathered_at(
     result
 }
 
+/// As [`gathered_at`], on graphs for one kind of device: for what depends on how large tiles are there.
+pub fn gathered_on(
+    harness: &Harness,
+    (view, lanes): (&View, Lanes),
+    (hits, photons): (&[EyeHit], &[Disc]),
+    declare: impl Fn(&mut Graph, (Points<'_>, Band<'_>), &mut Deposits, &mut Buf<[f32; 4]>),
+) -> Vec<Light> {
+    let mut result = vec![[[f32::NAN; 4]; 2]; hits.len()];
+    for frame in view.frames(hits) {
+        let found = one_frame(harness, (view, &frame, lanes), hits, photons, &declare);
+        frame.places.iter().zip(found).for_each(|((_, index), light)| result[*index] = light);
+    }
+    result
+}
+
 /// The light of the hits of a frame, in their order there.
 fn one_frame(
     harness: &Harness,

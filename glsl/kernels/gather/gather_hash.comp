@@ -12,6 +12,7 @@ layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "shared/photon.glsl"
 #include "lib/hash.glsl"
+#include "lib/packed_photon.glsl"
 #define ESTIMATE_TOGETHER
 #include "lib/estimate.glsl"
 #include "lib/sampling.glsl"
@@ -33,10 +34,14 @@ layout(set = 0, binding = 21, scalar) readonly buffer InUse { uint in_use[]; };
 layout(set = 0, binding = 22, scalar) readonly buffer Table { HashSlot table[]; };
 layout(set = 0, binding = 23, scalar) readonly buffer Ends { uint ends[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer Photons { Photon photons[]; };
+layout(set = 0, binding = 26, scalar) readonly buffer Records { uint records[]; }; // instead of photons, if RECORD
+layout(set = 0, binding = 27, scalar) readonly buffer Checks { uint checks[]; };   // of the photons' cells, if RECORD is 12
+layout(set = 0, binding = 28, scalar) readonly buffer Ranges { RadiusRange ranges[]; };
 layout(set = 0, binding = 25, scalar) writeonly buffer Gathered { vec4 gathered[]; };
 
 // Cells at the corners of the box around a hit: all that it meets, unless `more`.
 uint corner_keys[8];
+uint corner_checks[8]; // if RECORD is 12
 
 struct Reach {
     uint level;
@@ -57,12 +62,18 @@ Reach reach_of(uint level, vec3 position, bool anything) {
     HashLevel of = levels[level];
     precise vec3 low = (position - of.radius) * of.scale, high = (position + of.radius) * of.scale;
     Reach r = Reach(level, floor(low), floor(high), of.scale > 0.0 ? of.radius : INFINITY, false);
-    // Neighbours or the same: in exact arithmetic always, and in floats up to 2^15 cells from the origin.
+    // Neighbours or the same: in exact arithmetic always, and in floats up to 2^15 cells from the origin, where all are if RECORD is 12.
     r.more = anything && any(greaterThan(r.high - r.low, vec3(1.0)));
     uvec3 a = hash_coordinates(r.low), b = hash_coordinates(r.high);
     for (uint k = 0u; k < 8u; ++k) {
         uvec3 c = uvec3((k & 1u) != 0u ? b.x : a.x, (k & 2u) != 0u ? b.y : a.y, (k & 4u) != 0u ? b.z : a.z);
         corner_keys[k] = anything ? hash_key(level, c) : HASH_NONE;
+        if (RECORD == 12u) {
+            corner_checks[k] = hash_check(c);
+            // Each cell once: here photons are asked for by cell, not by key.
+            bvec3 twice = bvec3(r.low.x == r.high.x && (k & 1u) != 0u, r.low.y == r.high.y && (k & 2u) != 0u, r.low.z == r.high.z && (k & 4u) != 0u);
+            if (any(twice)) corner_keys[k] = HASH_NONE;
+        }
     }
     return r;
 }
@@ -102,13 +113,70 @@ HashSlot find(uint key, inout uint steps) {
     return found;
 }
 
+vec3 position_of(uint i) {
+    if (RECORD == 0u) return uintBitsToFloat(photons[i].a.xyz);
+    return uintBitsToFloat(uvec3(records[5u * i], records[5u * i + 1u], records[5u * i + 2u]));
+}
+
+Photon load_photon(uint i) {
+    if (RECORD == 0u) return photons[i];
+    uint at = 5u * i;
+    return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
+}
+
+// Adds the photons of a run.
+void add_run(inout Estimate sum, inout Walk walk, Point x, Reach reach, uint first, uint end) {
+    for (uint i = walk_enter(walk, first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
+        // Most photons of a cell are too far away for all lanes: their centre tells, at a quarter of the loads.
+        vec3 offset = abs(x.s.position - position_of(i));
+        if (subgroupAny(max_component(offset) <= reach.radius)) add_photon(sum, load_photon(i), x);
+        else if (COUNT_PAIRS) sum.tested += 1.0;
+    }
+}
+
+// Adds the photons of a run that lie in this lane's cells with its key. Almost always a lane has one such cell at most; where two
+// share the key, all lanes go through the run twice.
+void add_cells(inout Estimate sum, inout Walk walk, Point x, Reach reach, uint key, uint first, uint end) {
+    uint mine = 0u;
+    for (uint k = 0u; k < 8u; ++k) mine |= corner_keys[k] == key ? 1u << k : 0u;
+    HashLevel of = levels[reach.level];
+    bool once = false;
+    while (!once || subgroupAny(mine != 0u)) {
+        once = true;
+        bool one = mine != 0u;
+        uint k = one ? uint(findLSB(mine)) : 0u;
+        mine &= mine - 1u;
+        uint check = corner_checks[k];
+        vec3 at = mix(reach.low, reach.high, bvec3((k & 1u) != 0u, (k & 2u) != 0u, (k & 4u) != 0u));
+        HashCell cell = hash_cell(of, at, bounds[0].min, bounds[0].max);
+        for (uint i = walk_enter(walk, first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
+            bool here = one && checks[i] == check;
+            vec3 place = place12(records[3u * i], cell.low, cell.size);
+            vec3 offset = abs(x.s.position - place);
+            if (subgroupAny(here && max_component(offset) <= reach.radius)) {
+                Photon p = unpack12_at(place, uvec3(records[3u * i], records[3u * i + 1u], records[3u * i + 2u]), ranges[0]);
+                // For who does not mean this cell, a photon that looks away counts nothing.
+                if (!here) p.a.w = oct_encode(-x.s.geometric);
+                add_photon(sum, p, x);
+            } else if (COUNT_PAIRS) {
+                sum.tested += 1.0;
+            }
+        }
+    }
+}
+
 void main() {
     uint j = linear_id();
     if (j >= count[0]) return;
     uint slot = list[j];
     Point x = point_of(eye_hits[slot]);
     Estimate sum = estimate_nothing();
-    bool anything = all(greaterThanEqual(x.s.position, bounds[0].min)) && all(lessThanEqual(x.s.position, bounds[0].max));
+    Aabb all_boxes = bounds[0];
+    if (RECORD == 12u) { // packed places move
+        all_boxes.min -= 0.004 * levels[0].radius;
+        all_boxes.max += 0.004 * levels[0].radius;
+    }
+    bool anything = all(greaterThanEqual(x.s.position, all_boxes.min)) && all(lessThanEqual(x.s.position, all_boxes.max));
     uint steps = 0u, rest = in_use[0];
     Walk walk = walk_start(pass[0], j, 0u);
     while (rest != 0u) {
@@ -124,12 +192,8 @@ void main() {
                 steps += LOOPS + end - first;
                 if (subgroupAny(steps > STEP_LIMIT)) break;
             }
-            for (uint i = walk_enter(walk, first, end); walk_holds(walk, i, end); i = walk_next(walk, i)) {
-                // Most photons of a cell are too far away for all lanes: their centre tells, at a quarter of the loads.
-                vec3 offset = abs(x.s.position - uintBitsToFloat(photons[i].a.xyz));
-                if (subgroupAny(max_component(offset) <= reach.radius)) add_photon(sum, photons[i], x);
-                else if (COUNT_PAIRS) sum.tested += 1.0;
-            }
+            if (RECORD == 12u) add_cells(sum, walk, x, reach, key, first, end);
+            else add_run(sum, walk, x, reach, first, end);
             key = subgroupMin(next_key(reach, key + 1u, steps));
         }
         if (STEP_LIMIT != 0u) {

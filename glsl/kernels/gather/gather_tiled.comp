@@ -18,6 +18,7 @@ layout(local_size_x = 64) in;
 #include "lib/estimate.glsl"
 #include "lib/sampling.glsl"
 #include "lib/walk.glsl"
+#include "lib/packed_photon.glsl"
 #include "lib/pixels.glsl"
 #include "lib/tiles.glsl"
 #include "lib/dispatch.glsl"
@@ -42,6 +43,11 @@ layout(set = 0, binding = 18, scalar) readonly buffer Begins { uint begins[]; };
 layout(set = 0, binding = 19, scalar) readonly buffer Entries { uint entries[]; };
 layout(set = 0, binding = 20, scalar) readonly buffer Photons { Photon photons[]; };
 layout(set = 0, binding = 21, scalar) readonly buffer Boxes { Aabb boxes[]; };
+layout(set = 0, binding = 24, scalar) readonly buffer Tiles { vec4 tiles[]; };
+layout(set = 0, binding = 25, scalar) readonly buffer Records { uint records[]; }; // of 20 bytes, instead of photons; or the places
+layout(set = 0, binding = 26, scalar) readonly buffer Powers { uint powers[]; };   // of the entries, if RECORD is 12
+layout(set = 0, binding = 27, scalar) readonly buffer Looks { uint looks[]; };
+layout(set = 0, binding = 28, scalar) readonly buffer Ranges { RadiusRange ranges[]; };
 layout(set = 0, binding = 22, scalar) buffer Gathered { vec4 gathered[]; };
 layout(set = 0, binding = 23, scalar) writeonly buffer More { DispatchArgs more[]; }; // groups of the other dispatches, if any list needs them
 
@@ -50,13 +56,42 @@ const uint CHUNK = 64u;
 shared Photon s_photon[CHUNK];
 shared Aabb s_box[CHUNK];
 
-Photon load_photon(uint index) {
-    return photons[index];
+// The box around the hits of the tile whose list is read.
+struct TileBox {
+    vec3 low;
+    vec3 size;
+};
+
+// What an entry is known by: its photon's index, or with records of 12 bytes its own.
+uint entry_index(uint entry) {
+    return RECORD == 12u ? entry : entries[entry];
+}
+
+vec3 entry_place(uint entry, float radius, TileBox tile) {
+    tile_box(tile.low, tile.size, radius);
+    return place12(records[entry], tile.low, tile.size);
+}
+
+Photon load_photon(uint index, TileBox tile) {
+    if (RECORD == 0u) return photons[index];
+    if (RECORD == 12u) {
+        uvec3 record = uvec3(records[index], powers[index], looks[index]);
+        return unpack12_at(entry_place(index, radius12(record.z, ranges[0]), tile), record, ranges[0]);
+    }
+    uint at = 5u * index;
+    return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
+}
+
+Aabb load_box(uint index, TileBox tile) {
+    if (RECORD != 12u) return boxes[index];
+    float radius = radius12(looks[index], ranges[0]);
+    vec3 place = entry_place(index, radius, tile);
+    return Aabb(place - DISC_REACH * radius, place + DISC_REACH * radius);
 }
 
 // Adds those of `count` photons from entry `from` that meet the box from `low` to `high` around the subgroup's points.
 // A walk is the same here as one trial for each entry, since the steps between trials that succeed are geometric.
-void add_range(inout Estimate sum, inout Walk walk, Point x, uint from, uint count, vec3 low, vec3 high) {
+void add_range(inout Estimate sum, inout Walk walk, Point x, uint from, uint count, vec3 low, vec3 high, TileBox tile) {
     uvec4 here = subgroupBallot(true);
     uint lanes = subgroupBallotBitCount(here), lane = subgroupBallotExclusiveBitCount(here);
     for (uint k = 0u; k < count; k += lanes) {
@@ -64,10 +99,10 @@ void add_range(inout Estimate sum, inout Walk walk, Point x, uint from, uint cou
         bool wanted = false;
         uint index = 0u;
         if (mine < count && walk_tries(walk, from + mine)) {
-            index = CHUNKS ? mine : entries[from + mine];
+            index = CHUNKS ? mine : entry_index(from + mine);
             Aabb box;
             if (CHUNKS) box = s_box[mine];
-            else box = boxes[index];
+            else box = load_box(index, tile);
             wanted = all(lessThanEqual(box.min, high)) && all(greaterThanEqual(box.max, low));
         }
         if (WALK_RATIO) {
@@ -81,27 +116,27 @@ void add_range(inout Estimate sum, inout Walk walk, Point x, uint from, uint cou
                 uint chosen = subgroupBroadcast(index, part + findLSB(word));
                 word &= word - 1u;
                 if (CHUNKS) add_photon(sum, s_photon[chosen], x);
-                else add_photon(sum, load_photon(chosen), x);
+                else add_photon(sum, load_photon(chosen, tile), x);
             }
         }
     }
 }
 
-void add_entries(inout Estimate sum, inout Walk walk, Point x, uint begin, uint end, vec3 low, vec3 high) {
+void add_entries(inout Estimate sum, inout Walk walk, Point x, uint begin, uint end, vec3 low, vec3 high, TileBox tile) {
     if (!CHUNKS) {
-        add_range(sum, walk, x, begin, end - begin, low, high);
+        add_range(sum, walk, x, begin, end - begin, low, high, tile);
         return;
     }
     for (uint from = begin; from < end; from += CHUNK) {
         uint mine = from + gl_LocalInvocationIndex;
         barrier(); // the chunk before this one is done with
         if (mine < end) {
-            uint index = entries[mine];
-            s_photon[gl_LocalInvocationIndex] = load_photon(index);
-            s_box[gl_LocalInvocationIndex] = boxes[index];
+            uint index = entry_index(mine);
+            s_photon[gl_LocalInvocationIndex] = load_photon(index, tile);
+            s_box[gl_LocalInvocationIndex] = load_box(index, tile);
         }
         barrier();
-        add_range(sum, walk, x, from, min(CHUNK, end - from), low, high);
+        add_range(sum, walk, x, from, min(CHUNK, end - from), low, high, tile);
     }
 }
 
@@ -131,7 +166,12 @@ void main() {
         uint t = base + (tile.y >> level) * size.x + (tile.x >> level);
         uint begin = begins[t], count = begins[t + 1u] - begin;
         uint first = clamp(params.first, at, at + count) - at, end = clamp(params.first + params.most, at, at + count) - at;
-        if (first < end) add_entries(sum, walk, x, begin + first, begin + end, low, high);
+        TileBox box = TileBox(vec3(0.0), vec3(0.0));
+        if (RECORD == 12u) {
+            box.low = tiles[TILE_WORDS * t].xyz;
+            box.size = tiles[TILE_WORDS * t + 1u].xyz - box.low;
+        }
+        if (first < end) add_entries(sum, walk, x, begin + first, begin + end, low, high, box);
         at += count;
         base += size.x * size.y;
     }

@@ -3,8 +3,9 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 16) in;
 #include "lib/header.glsl"
-#include "shared/aabb.glsl"
+#include "shared/photon.glsl"
 #include "lib/hash.glsl"
+#include "lib/packed_photon.glsl"
 
 layout(set = 0, binding = 16, scalar) readonly buffer Largest { uint largest[]; }; // bits of the largest extent
 layout(set = 0, binding = 17, scalar) readonly buffer Bounds { Aabb bounds[]; };   // of all footprints
@@ -24,6 +25,8 @@ void main() {
     // No smaller than 2^-100 of the coordinates, so that a coordinate in cells is always finite and no radius is denormal.
     float radius = uintBitsToFloat(largest[0]) * uintBitsToFloat((127u - level) << 23);
     radius = max(radius, max(SMALL, SMALL * reach));
+    // Places relative to cells: not more cells than that their corners are exact, and rounding a small part of them.
+    if (RECORD == 12u) radius = max(radius, reach * 6.103515625e-5); // 2^-14
     // Near the end of the floats, and without photons, each level is one cell.
     levels[level] = reach <= LARGE ? HashLevel(radius, 1.0 / (2.0 * WIDER * radius)) : HashLevel(0.0, 0.0);
 }

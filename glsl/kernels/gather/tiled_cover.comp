@@ -9,6 +9,7 @@ layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "shared/scene.glsl"
 #include "shared/photon.glsl"
+#include "lib/packed_photon.glsl"
 #include "lib/tiles.glsl"
 
 layout(push_constant, scalar) uniform Params {
@@ -31,11 +32,20 @@ layout(set = 0, binding = 23, scalar) buffer Touched { uint touched[]; };
 struct Footprint {
     vec3 centre, major, minor, normal; // semiaxes as vectors
     float thickness;
+    vec3 moved; // along the axes at most, when its place is packed
 };
 
 Footprint footprint_of(Photon p) {
     vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
-    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), 1.0 / uintBitsToFloat(p.c.w));
+    vec3 moved = vec3(0.0);
+    if (RECORD == 12u) {
+        // As far as in the widest tile. What a photon gains by a move, it loses elsewhere: a tile that left it out would only lose.
+        uint top = tiles.length() - TILE_WORDS;
+        vec3 low = tiles[top].xyz, size = max(vec3(0.0), tiles[top + 1u].xyz - low);
+        tile_box(low, size, disc_radius(p));
+        moved = size * (0.501 / PLACE_STEPS);
+    }
+    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), 1.0 / uintBitsToFloat(p.c.w), moved);
 }
 
 // Bounds of the camera coordinates of vectors with components of these sizes.
@@ -48,6 +58,7 @@ vec3 in_camera_size(Camera c, vec3 size) {
 vec3 extent_of(Footprint f, Camera c, vec3 centre) {
     vec3 u = in_camera(c, f.major), v = in_camera(c, f.minor);
     vec3 exact = sqrt(u * u + v * v) + f.thickness * abs(in_camera(c, f.normal));
+    if (RECORD == 12u) exact += in_camera_size(c, f.moved);
     vec3 rounding = in_camera_size(c, abs(f.centre) + abs(c.position));
     return exact * 1.0001 + 1e-6 * (rounding + abs(centre));
 }
@@ -97,7 +108,7 @@ bool meets(uint tile, Footprint f, Reach r, Aabb box) {
     // Hits that the slab holds, on surfaces that turn the same way.
     vec2 height = products(f.normal, low.xyz - f.centre, high.xyz - f.centre);
     vec3 size = max(abs(low.xyz), abs(high.xyz)) + abs(f.centre);
-    float reach = f.thickness * 1.0001 + 1e-6 * (size.x + size.y + size.z);
+    float reach = f.thickness * 1.0001 + 1e-6 * (size.x + size.y + size.z) + dot(f.moved, abs(f.normal));
     bool facing = products(f.normal, tiles[at + 3u].xyz, tiles[at + 4u].xyz).y > SAME_SURFACE - 1e-4;
     return facing && height.x <= reach && height.y >= -reach;
 }
@@ -125,6 +136,8 @@ void main() {
     Aabb box = boxes[i];
     float near = tiles[tiles.length() - TILE_WORDS].w;
     Footprint f = footprint_of(photons[i]);
+    box.min -= f.moved;
+    box.max += f.moved;
     Reach r = reach_of(f, c, near);
     if (r.depth.y < near) return;
     ivec4 range = candidates(r);

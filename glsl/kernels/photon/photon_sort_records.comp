@@ -1,4 +1,4 @@
-// Packed photons in the order of the tree's leaves.
+// Packed photons in the order of a tree's leaves, or of cells.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -5,6 +5,7 @@ use super::{Points, Program};
 use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::generated::{GatherBvh, GatherBvhBindings, RadiusRange};
 use crate::kernels::photon::{Deposits, PhotonMap};
+use crate::kernels::records::Record;
 
 /// Writes the gathered radiance of the listed slots: caustic, then other light.
 pub fn bvh(
@@ -25,7 +26,7 @@ pub fn bvh(
         walk_stride: program.walk.stride,
         walk_ratio: program.walk.ratio,
         step_limit: program.step_limit(),
-        record: if map.records.is_some() { 20 } else { 0 },
+        record: map.records.as_ref().map_or(Record::Full, |r| r.record).code(),
     };
     let bind = GatherBvhBindings {
         pass: points.pass,

@@ -15,10 +15,11 @@ use super::{Points, Program};
 use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::generated::{
     Aabb, GatherHash, GatherHashBindings, GatherHashParams, HashExtent, HashExtentBindings, HashFile, HashFileBindings,
-    HashInsert, HashInsertBindings, HashInsertParams, HashLevel, HashLevels, HashLevelsBindings, HashSlot, Photon,
-    PhotonSort, PhotonSortBindings,
+    HashInsert, HashInsertBindings, HashInsertParams, HashLevel, HashLevels, HashLevelsBindings, HashPack,
+    HashPackBindings, HashSlot, Photon, PhotonSort, PhotonSortBindings, RadiusRange,
 };
 use crate::kernels::photon::Deposits;
+use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, reduce, sort};
 
 /// Most levels.
@@ -48,8 +49,10 @@ impl Default for Options {
 /// A hash grid on the device.
 #[derive(Debug)]
 pub struct HashGrid {
-    /// Photons in the order of their keys, those in no cell last.
+    /// Photons in the order of their keys, those in no cell last; a single unused one if there are records.
     pub photons: Buf<Photon>,
+    /// Packed photons in that order, if they were asked for.
+    pub packed: Option<PackedCells>,
     /// How many.
     pub count: Buf<u32>,
     /// Keys of the photons, ascending.
@@ -69,22 +72,33 @@ pub struct HashGrid {
     hash_bits: u32,
 }
 
+/// Packed photons of a grid.
+#[derive(Debug)]
+pub struct PackedCells {
+    /// 20 or 12 bytes; those of 12 bytes are three words, positions relative to the photon's own cell.
+    pub records: Records,
+    /// With 12 bytes: of each photon's cell another hash than its key. A run may hold photons of several cells, and relative places
+    /// mean nothing in another one. Otherwise unused.
+    pub checks: Buf<u32>,
+}
+
 /// Slots of the table for this many photons.
 pub fn slots(capacity: u32) -> u32 {
     (2 * capacity).next_power_of_two().max(2)
 }
 
 /// Bytes of a grid with room for `capacity` photons, per photon: the photon (64), its key and place (8), the end of its
-/// run (4), and two to four slots of 8 bytes. Between 92 and 108.
+/// run (4), and two to four slots of 8 bytes. Between 92 and 108. Records of 20 bytes save 44 of them, those of 12 bytes 48, because
+/// each has a check of 4.
 pub fn bytes_per_photon(capacity: u32) -> f64 {
     64.0 + 8.0 + 4.0 + 8.0 * f64::from(slots(capacity)) / f64::from(capacity.max(1))
 }
 
-/// Builds the grid over the deposits.
+/// Builds the grid over the deposits, of `records` if there are any ([`crate::kernels::records::pack`]).
 ///
 /// # Panics
 /// If the options are out of range or there is room for more than 2^27 deposits.
-pub fn hash_grid(g: &mut Graph, deposits: &Deposits, options: Options) -> HashGrid {
+pub fn hash_grid(g: &mut Graph, deposits: &Deposits, options: Options, records: Option<&Records>) -> HashGrid {
     assert!((1..=LEVELS).contains(&options.levels), "{} levels, 1 to {LEVELS} can be", options.levels);
     assert!((1..=HASH_BITS).contains(&options.hash_bits), "{} bits, 1 to {HASH_BITS} can be", options.hash_bits);
     let capacity = deposits.photons.len();
@@ -92,10 +106,11 @@ pub fn hash_grid(g: &mut Graph, deposits: &Deposits, options: Options) -> HashGr
     g.scope("hash grid", |g| {
         let mut bounds = g.buffer("hash_bounds", 1);
         reduce::bounds(g, Items::Counted(&deposits.count), &deposits.boxes, &mut bounds);
-        let (extents, largest) = extents(g, deposits);
+        let record = records.map_or(Record::Full, |r| r.record).code();
+        let (extents, largest) = extents(g, deposits, record);
         let (mut levels, mut in_use) = (g.buffer("hash_levels", LEVELS), g.buffer("hash_in_use", 1));
         let bind = HashLevelsBindings { largest: &largest, bounds: &bounds, levels: &mut levels, in_use: &mut in_use };
-        g.dispatch(HashLevels, Grid::Groups([1, 1]), (), bind);
+        g.dispatch(HashLevels { record }, Grid::Groups([1, 1]), (), bind);
         let (mut keys, mut index) = (g.buffer("hash_keys", capacity), g.buffer("hash_index", capacity));
         let bind = HashFileBindings {
             count: &deposits.count,
@@ -112,13 +127,29 @@ pub fn hash_grid(g: &mut Graph, deposits: &Deposits, options: Options) -> HashGr
         g.dispatch(kernel, Grid::Threads(capacity), (), bind);
         let (keys, order) = sort::pairs(g, Items::Counted(&deposits.count), keys, index, 32);
         let (table, ends) = insert(g, deposits, &keys);
-        let (photons, count) = sorted(g, deposits, &order);
-        HashGrid { photons, count, keys, order, table, ends, levels, in_use, bounds, hash_bits: options.hash_bits }
+        let mut count = g.buffer("hash_count", 1);
+        g.copy(&deposits.count, &mut count);
+        let cells = (&keys, &levels, &bounds);
+        let packed = records.map(|records| packed(g, deposits, &order, cells, records));
+        let photons = if packed.is_some() { unused(g) } else { sorted(g, deposits, &order) };
+        HashGrid {
+            photons,
+            packed,
+            count,
+            keys,
+            order,
+            table,
+            ends,
+            levels,
+            in_use,
+            bounds,
+            hash_bits: options.hash_bits,
+        }
     })
 }
 
 /// Half-extents of the photons' boxes, and the largest one, as bits of floats.
-fn extents(g: &mut Graph, deposits: &Deposits) -> (Buf<u32>, Buf<u32>) {
+fn extents(g: &mut Graph, deposits: &Deposits, record: u32) -> (Buf<u32>, Buf<u32>) {
     let capacity = deposits.photons.len();
     let (mut extents, mut largest) = (g.buffer("hash_extents", capacity), g.buffer("hash_largest", 1));
     let bind = HashExtentBindings {
@@ -127,7 +158,7 @@ fn extents(g: &mut Graph, deposits: &Deposits) -> (Buf<u32>, Buf<u32>) {
         boxes: &deposits.boxes,
         extents: &mut extents,
     };
-    g.dispatch(HashExtent, Grid::Threads(capacity), (), bind);
+    g.dispatch(HashExtent { record }, Grid::Threads(capacity), (), bind);
     // Floats that are not negative are in the order of their bits.
     reduce::u32s(g, Items::Counted(&deposits.count), reduce::Op::Max, &extents, &mut largest);
     (extents, largest)
@@ -143,16 +174,63 @@ fn insert(g: &mut Graph, deposits: &Deposits, keys: &Buf<u32>) -> (Buf<HashSlot>
     (table, ends)
 }
 
-fn sorted(g: &mut Graph, deposits: &Deposits, order: &Buf<u32>) -> (Buf<Photon>, Buf<u32>) {
-    let (mut photons, mut count) = (g.buffer("hash_photons", deposits.photons.len()), g.buffer("hash_count", 1));
+fn sorted(g: &mut Graph, deposits: &Deposits, order: &Buf<u32>) -> Buf<Photon> {
+    let mut photons = g.buffer("hash_photons", deposits.photons.len());
     let bind = PhotonSortBindings { order, count: &deposits.count, photons: &deposits.photons, sorted: &mut photons };
     g.dispatch(PhotonSort, Grid::Threads(deposits.photons.len()), (), bind);
-    g.copy(&deposits.count, &mut count);
-    (photons, count)
+    photons
+}
+
+/// A buffer where a kernel does not look.
+fn unused<T: bytemuck::Pod>(g: &mut Graph) -> Buf<T> {
+    let mut nothing = g.buffer("hash_unused", 1);
+    g.fill(&mut nothing, 0);
+    nothing
+}
+
+/// The records in the order of the cells.
+fn packed(
+    g: &mut Graph,
+    deposits: &Deposits,
+    order: &Buf<u32>,
+    (keys, levels, bounds): (&Buf<u32>, &Buf<HashLevel>, &Buf<Aabb>),
+    records: &Records,
+) -> PackedCells {
+    if records.record != Record::Packed12 {
+        return PackedCells { records: records.sorted(g, order, &deposits.count), checks: unused(g) };
+    }
+    let capacity = deposits.photons.len();
+    let (mut words, mut checks) = (g.buffer("cell_records", 3 * capacity), g.buffer("cell_checks", capacity));
+    let bind = HashPackBindings {
+        order,
+        count: &deposits.count,
+        keys,
+        discs: &deposits.photons,
+        levels,
+        bounds,
+        ranges: &records.range,
+        records: &mut words,
+        checks: &mut checks,
+    };
+    g.dispatch(HashPack, Grid::Threads(capacity), (), bind);
+    let mut range = g.buffer("cell_range", 1);
+    g.copy(&records.range, &mut range);
+    PackedCells { records: Records { record: records.record, records: words, range }, checks }
 }
 
 /// Writes the gathered radiance of the listed slots: caustic, then other light.
-pub fn hash(g: &mut Graph, program: Program, points: Points<'_>, grid: &HashGrid, gathered: &mut Buf<[f32; 4]>) {
+pub fn hash(
+    g: &mut Graph,
+    program: Program,
+    points: Points<'_>,
+    (grid, deposits): (&HashGrid, &Deposits),
+    gathered: &mut Buf<[f32; 4]>,
+) {
+    let (none, no_range) = (g.upload("no_records", &[0u32]), g.upload("no_range", &[RadiusRange::default()]));
+    let (records, checks, ranges) = match &grid.packed {
+        Some(packed) => (&packed.records.records, &packed.checks, &packed.records.range),
+        None => (&*none, &*none, &*no_range),
+    };
     let kernel = GatherHash {
         glossy: program.glossy,
         smooth_normals: program.smooth_normals,
@@ -163,6 +241,7 @@ pub fn hash(g: &mut Graph, program: Program, points: Points<'_>, grid: &HashGrid
         hash_bits: grid.hash_bits,
         walk_stride: program.walk.stride,
         walk_ratio: program.walk.ratio,
+        record: grid.packed.as_ref().map_or(Record::Full, |p| p.records.record).code(),
     };
     let bind = GatherHashBindings {
         pass: points.pass,
@@ -175,8 +254,13 @@ pub fn hash(g: &mut Graph, program: Program, points: Points<'_>, grid: &HashGrid
         table: &grid.table,
         ends: &grid.ends,
         photons: &grid.photons,
+        records,
+        checks,
+        ranges,
         gathered,
     };
     g.dispatch(kernel, Grid::Indirect(points.args), GatherHashParams { mask: grid.table.len() - 1 }, bind);
-    finish_always(g, program, points, (&grid.photons, &grid.count), gathered);
+    // Sorted photons give the same bits as the grid's full ones; of packed ones the deposits are the discs.
+    let photons = if grid.packed.is_some() { &deposits.photons } else { &grid.photons };
+    finish_always(g, program, points, (photons, &grid.count), gathered);
 }

@@ -4,19 +4,21 @@
 //! into the tiles they reach, places follow from a scan, pairs of tile and photon are written photon by photon and sorted by
 //! tile, which keeps their order. Tiles come in levels, each of twice the side of the one below, up to a single tile; a photon
 //! goes to the lowest level where it needs at most [`MOST_TILES`]. So no list overflows, whatever the photons, and memory is
-//! bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible entries.
+//! bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible entries. Records of 20 bytes are found by entry, like
+//! photons; those of 12 bytes are copied for each entry, relative to its tile, as in the paper, and need [`RECORD_BYTES`] more for each.
 //!
 //! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another estimator.
 
 use super::{Band, Points, Program};
 use crate::graph::{Buf, DispatchArgs, Graph, Grid, Lanes};
 use crate::kernels::generated::{
-    Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, TiledBounds, TiledBoundsBindings,
+    Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, RadiusRange, TiledBounds, TiledBoundsBindings,
     TiledBoundsParams, TiledCover, TiledCoverBindings, TiledCoverParams, TiledFill, TiledFillBindings, TiledFillParams,
-    TiledLevels, TiledLevelsBindings, TiledLevelsParams, TiledMark, TiledMarkBindings, TiledRanges,
-    TiledRangesBindings,
+    TiledLevels, TiledLevelsBindings, TiledLevelsParams, TiledMark, TiledMarkBindings, TiledPack, TiledPackBindings,
+    TiledRanges, TiledRangesBindings,
 };
 use crate::kernels::photon::Deposits;
+use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, scan, sort};
 
 /// Most tiles that a photon is put into (glsl/lib/tiles.glsl).
@@ -27,6 +29,9 @@ pub const PHOTON_BYTES: u32 = 8 + 4 + 4 + 4;
 
 /// Bytes per entry while entries are sorted: tile and photon, twice.
 pub const ENTRY_BYTES: u32 = 16;
+
+/// Bytes per entry of a record of 12 bytes.
+pub const RECORD_BYTES: u32 = 12;
 
 /// Rows of pixels in a strip (glsl/lib/pixels.glsl).
 const STRIP: u32 = 4;
@@ -85,10 +90,12 @@ struct Lists {
     begins: Buf<u32>,
     /// Number of entries.
     total: Buf<u32>,
+    /// With records of 12 bytes, those of the entries: places, powers, looks.
+    records: Option<[Buf<u32>; 3]>,
 }
 
 /// Writes the gathered radiance of the listed slots: caustic, then other light. All must lie at their pixel's place in space, and
-/// so in the first slot of their pixel. Sets `touched` to 1 for every photon that is put into a tile, and returns the number of
+/// so in the first slot of their pixel. With records ([`crate::kernels::records::pack`]) these are gathered. Sets `touched` to 1 for every photon that is put into a tile, and returns the number of
 /// entries in all tiles.
 ///
 /// # Panics
@@ -97,7 +104,7 @@ pub fn tiled(
     g: &mut Graph,
     program: Program,
     (points, band): (Points<'_>, Band<'_>),
-    (deposits, touched): (&Deposits, &mut Buf<u32>),
+    (deposits, packed, touched): (&Deposits, Option<&Records>, &mut Buf<u32>),
     gathered: &mut Buf<[f32; 4]>,
 ) -> Buf<u32> {
     assert!(touched.len() >= deposits.photons.len(), "a photon has no place for its mark");
@@ -106,12 +113,15 @@ pub fn tiled(
     g.fill(&mut seen, 0);
     let bind = TiledMarkBindings { list: points.list, count: points.count, seen: &mut seen };
     g.dispatch(TiledMark, Grid::Indirect(points.args), (), bind);
-    let lists = g.scope("tile lists", |g| {
+    let (bounds, lists) = g.scope("tile lists", |g| {
         let (bounds, slack) = bounds(g, tiles, (points, band), &seen);
-        bin(g, tiles, band, (&bounds, &slack), (deposits, touched))
+        let lists = bin(g, tiles, band, (&bounds, &slack), (deposits, packed, touched));
+        (bounds, lists)
     });
-    let photons = (&deposits.photons, &deposits.boxes);
-    g.scope("tile gather", |g| gather(g, program, tiles, ((points, band), &seen), (photons, &lists), gathered));
+    let photons = (deposits, packed);
+    g.scope("tile gather", |g| {
+        gather(g, program, tiles, ((points, band), &seen), (photons, &bounds, &lists), gathered)
+    });
     lists.total
 }
 
@@ -141,7 +151,7 @@ fn bin(
     tiles: Tiles,
     band: Band<'_>,
     (bounds, slack): (&Buf<[f32; 4]>, &Buf<u32>),
-    (deposits, touched): (&Deposits, &mut Buf<u32>),
+    (deposits, packed, touched): (&Deposits, Option<&Records>, &mut Buf<u32>),
 ) -> Lists {
     let n = deposits.photons.len();
     let most = n.checked_mul(MOST_TILES).expect("fewer than 2^27 deposits").max(1);
@@ -160,18 +170,47 @@ fn bin(
         touched,
     };
     let params = TiledCoverParams { lowest: tiles.lowest, first_row: tiles.first_row, levels: tiles.levels };
-    g.dispatch(TiledCover { tile_shift: tiles.shift }, Grid::Threads(n), params, bind);
+    let record = packed.map_or(Record::Full, |p| p.record).code();
+    g.dispatch(TiledCover { tile_shift: tiles.shift, record }, Grid::Threads(n), params, bind);
     scan::exclusive(g, Items::All, &counts, &mut places, &mut total);
     let (mut keys, mut entries) = (g.buffer("tile_keys", most), g.buffer("tile_list", most));
     let bind = TiledFillBindings { covers: &covers, places: &places, keys: &mut keys, entries: &mut entries };
     g.dispatch(TiledFill, Grid::Threads(n), TiledFillParams { lowest: tiles.lowest, photons: n }, bind);
     let bits = u32::BITS - (tiles.count() - 1).leading_zeros();
     let (keys, entries) = sort::pairs(g, Items::Counted(&total), keys, entries, bits);
-    let bounds = tiles.count() + 1;
-    let mut begins = g.buffer("tile_begins", bounds);
+    let tiles_and_end = tiles.count() + 1;
+    let mut begins = g.buffer("tile_begins", tiles_and_end);
     let bind = TiledRangesBindings { keys: &keys, total: &total, begins: &mut begins };
-    g.dispatch(TiledRanges, Grid::Threads(bounds), (), bind);
-    Lists { entries, begins, total }
+    g.dispatch(TiledRanges, Grid::Threads(tiles_and_end), (), bind);
+    let records = packed
+        .filter(|records| records.record == Record::Packed12)
+        .map(|records| entry_records(g, (&total, &keys, &entries), bounds, (deposits, records)));
+    Lists { entries, begins, total, records }
+}
+
+/// Copies of the photons in the tiles, relative to these.
+fn entry_records(
+    g: &mut Graph,
+    (total, keys, entries): (&Buf<u32>, &Buf<u32>, &Buf<u32>),
+    tiles: &Buf<[f32; 4]>,
+    (deposits, packed): (&Deposits, &Records),
+) -> [Buf<u32>; 3] {
+    let n = entries.len();
+    let [mut places, mut powers, mut looks] =
+        ["tile_record_places", "tile_record_powers", "tile_record_looks"].map(|name| g.buffer(name, n));
+    let bind = TiledPackBindings {
+        total,
+        keys,
+        entries,
+        discs: &deposits.photons,
+        tiles,
+        ranges: &packed.range,
+        places: &mut places,
+        powers: &mut powers,
+        looks: &mut looks,
+    };
+    g.dispatch(TiledPack, Grid::Threads(n), (), bind);
+    [places, powers, looks]
 }
 
 fn gather(
@@ -179,10 +218,22 @@ fn gather(
     program: Program,
     tiles: Tiles,
     ((points, band), seen): ((Points<'_>, Band<'_>), &Buf<u32>),
-    ((photons, boxes), lists): ((&Buf<Photon>, &Buf<Aabb>), &Lists),
+    ((deposits, packed), bounds, lists): ((&Deposits, Option<&Records>), &Buf<[f32; 4]>, &Lists),
     gathered: &mut Buf<[f32; 4]>,
 ) {
     let chunks = g.lanes() == Lanes::Gpu;
+    let none = g.upload("no_records", &[0u32]);
+    let (no_range, no_photons) = (g.upload("no_range", &[RadiusRange::default()]), no_photons(g));
+    let no_boxes = g.upload("no_boxes", &[Aabb::default()]);
+    let (places, powers, looks) = match (&lists.records, packed) {
+        (Some([places, powers, looks]), _) => (places, powers, looks),
+        (None, Some(packed)) => (&packed.records, &*none, &*none),
+        (None, None) => (&*none, &*none, &*none),
+    };
+    // What is not looked at does not have to be kept.
+    let photons = if packed.is_some() { &no_photons } else { &deposits.photons };
+    let boxes = if lists.records.is_some() { &*no_boxes } else { &deposits.boxes };
+    let entries = if lists.records.is_some() { &*none } else { &lists.entries };
     let kernel = || GatherTiled {
         glossy: program.glossy,
         smooth_normals: program.smooth_normals,
@@ -193,13 +244,14 @@ fn gather(
         chunks,
         walk_stride: program.walk.stride,
         walk_ratio: program.walk.ratio,
+        record: packed.map_or(Record::Full, |p| p.record).code(),
     };
     let most = entries_per_dispatch(program);
     let blocks = tiles.blocks();
     let (mut more, mut unused) = (g.buffer::<DispatchArgs>("tile_more", 1), g.buffer("tile_no_more", 1));
     g.fill(&mut more, 0);
     // A photon is at most once in the lists that a pixel reads: in one level, and there in each tile once.
-    for first in (0..photons.len().max(1)).step_by(most as usize) {
+    for first in (0..deposits.photons.len().max(1)).step_by(most as usize) {
         let params = GatherTiledParams {
             lowest: tiles.lowest,
             first_row: tiles.first_row,
@@ -218,14 +270,25 @@ fn gather(
             seen,
             eye_hits: points.hits,
             begins: &lists.begins,
-            entries: &lists.entries,
+            entries,
             photons,
             boxes,
+            tiles: bounds,
+            records: places,
+            powers,
+            looks,
+            ranges: packed.map_or(&*no_range, |p| &p.range),
             gathered: &mut *gathered,
             more: target,
         };
         g.dispatch(kernel(), grid, params, bind);
     }
+}
+
+fn no_photons(g: &mut Graph) -> Buf<Photon> {
+    let mut nothing = g.buffer("no_photons", 1);
+    g.fill(&mut nothing, 0);
+    nothing
 }
 
 /// Entries that a dispatch takes from the lists of a pixel: a quarter of what the driver runs, where it ends loops, because
