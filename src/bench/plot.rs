@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 /// Size of a picture in user units.
-const SIZE: [f64; 2] = [720.0, 440.0];
+const SIZE: [f64; 2] = [760.0, 440.0];
 /// Space around the plotting area: left, right (with the legend), top, bottom.
-const MARGIN: [f64; 4] = [74.0, 150.0, 44.0, 56.0];
+const MARGIN: [f64; 4] = [74.0, 190.0, 44.0, 56.0];
 /// Colours that people with any kind of colour vision tell apart; dashes repeat at another length than colours.
 const COLOURS: [&str; 8] = ["#0060a8", "#d05000", "#008060", "#b03090", "#806000", "#4060ff", "#303030", "#c00030"];
 const DASHES: [&str; 3] = ["none", "7 3", "2 3"];
