@@ -1,4 +1,4 @@
-//! The specification of the hash grid's filing ([`super::hash`]).
+//! The specification of the hash grid's filing ([`mod@super::hash`]).
 
 use super::hash::{HASH_BITS, LEVELS, NONE};
 use crate::kernels::generated::{Aabb, HashLevel, Photon};

@@ -12,7 +12,7 @@ pub struct Disc {
     pub normal: [f32; 3],
     /// Semiaxes: lengths along two orthogonal unit vectors in the plane, which follow from the normal.
     pub radii: [f32; 2],
-    /// Flux [W].
+    /// Flux in watts.
     pub flux: [f32; 3],
     /// Unit direction of travel.
     pub direction: [f32; 3],
