@@ -337,6 +337,9 @@ fn check_report(folder: &Path) {
         assert!(report[name].as_u64() > Some(0), "{name}");
     }
     assert_eq!(report["values_not_finite"], 0);
+    assert_eq!(report["estimator"]["name"], "bvh");
+    let kept = report["estimator"]["bytes"]["kept_per_photon"].as_f64();
+    assert!(kept > Some(64.0), "a photon in leaf order, and its share of the tree: {kept:?}");
     assert_eq!(report["photons_per_pass"]["caustic"], 0, "nothing in this box focuses light");
     assert!(report["seconds"].as_f64() > Some(0.0) && report["bytes"]["device_peak"].as_u64() > Some(0));
     for name in ["guards", "kept", "left_out", "warnings", "seconds_of_last_pass", "scene", "device", "version"] {

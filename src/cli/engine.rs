@@ -231,7 +231,7 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
         "eye_paths_truncated": statistics.eye_paths_truncated,
         "passes_repeated": statistics.repeated,
         "values_not_finite": statistics.rejected,
-        "guards": counters, "estimator": structure,
+        "guards": counters, "estimator": estimator(session, structure.into()),
         "kept": needs.kept(), "left_out": needs.left_out(),
         "leaf_photons": session.leaf_photons(),
         "plan_passes": session.plan_passes(),
@@ -243,6 +243,17 @@ fn report(session: &Session, info: &RenderInfo, measured: &Measured, runtime: &R
         "seconds_of_last_pass": scopes,
         "warnings": session.scene().warnings,
     }))
+}
+
+/// The estimator by name, what it counted, and its bytes per photon that the map has room for.
+fn estimator(session: &Session, counts: serde_json::Value) -> serde_json::Value {
+    let bytes = session.estimator_bytes().map(|bytes| {
+        serde_json::json!({
+            "kept_per_photon": bytes.kept_per_photon, "scratch_per_photon": bytes.scratch_per_photon,
+            "deposits_per_photon": bytes.deposits_per_photon, "fixed": bytes.fixed,
+        })
+    });
+    serde_json::json!({ "name": session.estimator().name(), "counts": counts, "bytes": bytes })
 }
 
 /// Seconds of the last pass by outermost scope.

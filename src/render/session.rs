@@ -219,6 +219,11 @@ impl Session {
         self.frame.device_bytes()
     }
 
+    /// How the light of the photons is estimated.
+    pub fn estimator(&self) -> Estimator {
+        self.settings.estimator_on(self.device_scene.lanes)
+    }
+
     /// Bytes of the estimator; `None` without photons.
     pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
