@@ -209,16 +209,3 @@ proptest! {
         prop_assert_eq!((words(&again), again.items), (words(&tree), tree.items.clone()));
     }
 }
-
-/// Prints the time of a large build: for measurements.
-#[test]
-#[ignore = "a measurement"]
-fn time_of_a_million() {
-    for n in [10_000, 100_000, 1_000_000] {
-        for (name, boxes) in [("clustered", clustered(n, 1)), ("equal", vec![cube([1.0; 3], 1.0); n])] {
-            let begin = std::time::Instant::now();
-            let tree = build(&boxes, 8);
-            println!("{name} {n}: {:.3} s, {} nodes", begin.elapsed().as_secs_f64(), tree.nodes.len());
-        }
-    }
-}
