@@ -6,6 +6,7 @@ mod gather_support;
 use std::fmt::Write;
 
 use gather_support::support::Harness;
+use gather_support::view::{self, cross, dot};
 use gather_support::{Light, Random, gathered, lambert};
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::gather::reference::{Disc, lambert_hit};
@@ -20,28 +21,7 @@ fn camera(random: &mut Random, position: [f32; 3], (size, slope, orthographic): 
     let unit = |v: [f32; 3]| v.map(|x| x / dot(v, v).sqrt());
     let right = unit(cross(forward, random.direction()));
     let up = cross(right, forward);
-    Camera {
-        position,
-        width: size[0],
-        right: right.map(|x| x * slope * size[0] as f32 / size[1] as f32),
-        height: size[1],
-        up: up.map(|x| x * slope),
-        orthographic: u32::from(orthographic),
-        forward,
-        slots: 1,
-        first_pixel: 0,
-        pixels: size[0] * size[1],
-        lens_radius: 0.0,
-        inverse_focus: 0.0,
-    }
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    Camera { orthographic: u32::from(orthographic), ..view::camera(position, [right, up, forward], slope, size) }
 }
 
 /// Column and row of a pixel: strips of four rows, column by column.
@@ -115,7 +95,6 @@ fn declare(
         size: [camera.width, camera.height],
         first_pixel: camera.first_pixel,
         pixels: camera.pixels,
-        bends: false,
     };
     bounds(g, (program, how), (points, band), (&deposits.photons, &deposits.count), target);
 }

@@ -9,9 +9,10 @@ mod graph_support;
 mod shader;
 
 use std::path::Path;
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::LazyLock;
 
 use graph_support::Wires;
+use graph_support::device::{open, runtime};
 use nephroid::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
 use nephroid::error::Error;
 use nephroid::graph::{
@@ -22,22 +23,9 @@ use nephroid::kernels::generated::{
     BenchSplatGeomParams, BenchSplatPointVert, BenchSplatPointVertBindings, BenchSplatVert, BenchSplatVertBindings,
     BenchSplatVertParams, Splat,
 };
-use nephroid::vk::{Device, DeviceOptions, Feature};
+use nephroid::vk::Feature;
 
 type Pixels = Vec<[f32; 4]>;
-
-fn open() -> Arc<Device> {
-    let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());
-    let select = select.parse().expect("NEPHROID_TEST_DEVICE names a device");
-    let options = DeviceOptions { select, validate: true, cache: None, ..DeviceOptions::default() };
-    Device::open(&options).expect("a device with validation layers")
-}
-
-/// One device for the tests that expect no message, one test at a time.
-fn runtime() -> MutexGuard<'static, Runtime> {
-    static RUNTIME: LazyLock<Mutex<Runtime>> = LazyLock::new(|| Mutex::new(Runtime::new(open())));
-    RUNTIME.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 const EXTENT: [u32; 2] = [67, 45];
 const FACTOR: f32 = 2.0;

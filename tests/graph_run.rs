@@ -9,28 +9,15 @@ mod graph_support;
 mod shader;
 
 use std::path::Path;
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::LazyLock;
 
 use graph_support::Wires;
+use graph_support::device::{open, runtime};
 use nephroid::error::Error;
 use nephroid::graph::{
     Buf, DispatchArgs, Executable, Graph, Grid, Kernel, KernelInfo, Operation, Plan, Runtime, Spirv, Timing, Window,
     Windows, chrome_trace,
 };
-use nephroid::vk::{Device, DeviceOptions};
-
-fn open() -> Arc<Device> {
-    let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());
-    let select = select.parse().expect("NEPHROID_TEST_DEVICE names a device");
-    let options = DeviceOptions { select, validate: true, cache: None, ..DeviceOptions::default() };
-    Device::open(&options).expect("a device with validation layers")
-}
-
-/// One device for the tests that expect no message, one test at a time.
-fn runtime() -> MutexGuard<'static, Runtime> {
-    static RUNTIME: LazyLock<Mutex<Runtime>> = LazyLock::new(|| Mutex::new(Runtime::new(open())));
-    RUNTIME.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A kernel compiled here; parameters: first item, item count, a word to add.
 #[derive(Clone, Copy)]

@@ -100,16 +100,6 @@ impl Estimator {
     pub fn default_for(_lanes: Lanes) -> Self {
         Self::Bvh
     }
-
-    /// How photons are drawn, if they are.
-    fn bounds(self, settings: &Settings) -> Option<Bounds> {
-        let shape = match self {
-            Self::Bounds25d => Shape::Polygon(settings.bound_vertices),
-            Self::Bounds3d => Shape::Icosahedron,
-            Self::Bvh | Self::Hash | Self::Tiled | Self::Knn | Self::Brute => return None,
-        };
-        Some(Bounds { shape, amplification: settings.amplification })
-    }
 }
 
 /// Refuses settings that make no sense, and estimators that the device cannot run.
@@ -117,10 +107,11 @@ impl Estimator {
 /// # Errors
 /// [`Error::Usage`] and [`Error::MissingFeature`].
 pub(super) fn check(device: &Device, settings: &Settings) -> Result<()> {
-    let Some(bounds) = settings.estimator.and_then(|estimator| estimator.bounds(settings)) else { return Ok(()) };
-    if let Shape::Polygon(corners) = bounds.shape
-        && !POLYGON_CORNERS.contains(&corners)
-    {
+    if !matches!(settings.estimator, Some(Estimator::Bounds25d | Estimator::Bounds3d)) {
+        return Ok(());
+    }
+    let corners = settings.bound_vertices;
+    if settings.estimator == Some(Estimator::Bounds25d) && !POLYGON_CORNERS.contains(&corners) {
         let (least, most) = POLYGON_CORNERS.into_inner();
         return Err(Error::Usage(format!("bounds of {corners} vertices: from {least} to {most} are possible")));
     }
@@ -129,7 +120,7 @@ pub(super) fn check(device: &Device, settings: &Settings) -> Result<()> {
         return Err(Error::Usage(text.into()));
     }
     advise(device.require(&[Feature::Raster]), "choose another --estimator")?;
-    match bounds.amplification {
+    match settings.amplification {
         Amplification::Vertex => Ok(()),
         Amplification::Geometry => advise(device.require(&[Feature::GeometryShader]), "use --bounds-stage vertex"),
     }
@@ -151,17 +142,22 @@ pub(super) enum Structure {
     Hash(HashGrid),
     /// With the number of photons to seek.
     Knn(gather::KnnMap, u32),
-    /// For hits at their pixel's place nothing but the deposits; a map for others.
-    Tiled {
-        packed: Option<Records>,
-        touched: Buf<u32>,
-        bent: Option<PhotonMap>,
-        entries: Vec<Buf<u32>>,
-    },
-    /// The deposits as they are, and a map for what lies behind mirrors and glass, if there is such.
-    Bounds(Bounds, Option<PhotonMap>),
+    /// What serves hits at their pixel's place, and a map for those behind mirrors and glass, where there may be such.
+    Image(InImage, Option<PhotonMap>),
     /// The deposits as they are.
     Brute,
+}
+
+/// Estimators that work in the image: of the photons they keep the deposits as they are, or packed.
+pub(super) enum InImage {
+    Tiled {
+        packed: Option<Records>,
+        /// Photons that any tile has.
+        touched: Buf<u32>,
+        /// Entries of the lists, by band.
+        entries: Vec<Buf<u32>>,
+    },
+    Bounds(Bounds),
 }
 
 /// Builds what `estimator` gathers from.
@@ -174,37 +170,42 @@ pub(super) fn build(
 ) -> Structure {
     let options =
         lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
-    // What an estimator that works in the image leaves over; nothing where eye paths end at their first surface.
-    let behind = |g: &mut Graph, deposits: &mut Deposits| {
-        device.variant.glossy.then(|| photon::map(g, deposits, options, false))
-    };
-    if let Some(bounds) = estimator.bounds(settings) {
-        return Structure::Bounds(bounds, behind(g, deposits));
-    }
-    match estimator {
-        Estimator::Tiled => {
-            let mut touched = g.buffer("tiled_touched", deposits.photons.len());
-            g.fill(&mut touched, 0);
-            let packed = records::pack(g, deposits, settings.record);
-            let bent = device.variant.glossy.then(|| bent_map(g, deposits, options, packed.as_ref()));
-            Structure::Tiled { packed, touched, bent, entries: vec![] }
+    let drawn = |shape| Bounds { shape, amplification: settings.amplification };
+    let kind = match estimator {
+        Estimator::Bvh => {
+            return Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20));
         }
         Estimator::Knn => {
             let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
-            Structure::Knn(gather::knn_map(g, deposits, device.fences), k)
+            return Structure::Knn(gather::knn_map(g, deposits, device.fences), k);
         }
         Estimator::Hash => {
             let packed = records::pack(g, deposits, settings.record);
-            Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default(), packed.as_ref()))
+            return Structure::Hash(gather::hash_grid(g, deposits, hash::Options::default(), packed.as_ref()));
         }
-        Estimator::Brute => Structure::Brute,
-        _ => Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20)),
-    }
+        Estimator::Brute => return Structure::Brute,
+        Estimator::Tiled => {
+            let mut touched = g.buffer("tiled_touched", deposits.photons.len());
+            g.fill(&mut touched, 0);
+            InImage::Tiled { packed: records::pack(g, deposits, settings.record), touched, entries: vec![] }
+        }
+        Estimator::Bounds25d => InImage::Bounds(drawn(Shape::Polygon(settings.bound_vertices))),
+        Estimator::Bounds3d => InImage::Bounds(drawn(Shape::Icosahedron)),
+    };
+    // Where eye paths end at their first surface nothing is left over.
+    let behind = device.variant.glossy.then(|| {
+        let packed = match &kind {
+            InImage::Tiled { packed, .. } => packed.as_ref(),
+            InImage::Bounds(_) => None,
+        };
+        behind_map(g, deposits, options, packed)
+    });
+    Structure::Image(kind, behind)
 }
 
-/// The map for hits behind mirrors and glass. It has no cells that records of 12 bytes could be relative to: their discs then stay in
-/// full.
-fn bent_map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options, packed: Option<&Records>) -> PhotonMap {
+/// The map for hits behind mirrors and glass. It has no cells that records of 12 bytes could be relative to: their discs then
+/// stay in full.
+fn behind_map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options, packed: Option<&Records>) -> PhotonMap {
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
     photon::in_order(g, deposits, tree, packed.filter(|p| p.record == Record::Packed20))
 }
@@ -221,32 +222,38 @@ pub(super) fn gather(
         Structure::Bvh(map) => gather::bvh(g, program, points, (map, deposits), gathered),
         Structure::Hash(grid) => gather::hash(g, program, points, (grid, deposits), gathered),
         Structure::Knn(map, k) => gather::knn(g, (program, *k), points, (map, deposits), gathered),
-        Structure::Tiled { packed, touched, bent: None, entries } => {
-            let photons = (deposits, packed.as_ref(), touched);
-            entries.push(gather::tiled(g, program, (points, band), photons, gathered));
-        }
-        Structure::Tiled { packed, touched, bent: Some(map), entries } => {
+        Structure::Image(kind, None) => in_image(g, program, (kind, deposits), (points, band), gathered),
+        Structure::Image(kind, Some(map)) => {
             let (straight, bent) = gather::split(g, points);
-            let straight = (straight.points(points), band);
-            let photons = (deposits, packed.as_ref(), touched);
-            entries.push(gather::tiled(g, program, straight, photons, gathered));
+            in_image(g, program, (kind, deposits), (straight.points(points), band), gathered);
             gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
         }
-        Structure::Bounds(bounds, map) => {
-            let (program, photons) = ((program, *bounds), (&deposits.photons, &deposits.count));
-            let Some(map) = map else { return gather::bounds(g, program, (points, band), photons, gathered) };
-            let (straight, bent) = gather::split(g, points);
-            gather::bounds(g, program, (straight.points(points), band), photons, gathered);
-            gather::bvh(g, program.0, bent.points(points), (map, deposits), gathered);
-        }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
+    }
+}
+
+/// The same for hits at their pixel's place.
+fn in_image(
+    g: &mut Graph,
+    program: Program,
+    (kind, deposits): (&mut InImage, &Deposits),
+    at: (Points<'_>, Band<'_>),
+    gathered: &mut Buf<[f32; 4]>,
+) {
+    match kind {
+        InImage::Tiled { packed, touched, entries } => {
+            entries.push(gather::tiled(g, program, at, (deposits, packed.as_ref(), touched), gathered));
+        }
+        InImage::Bounds(bounds) => {
+            gather::bounds(g, (program, *bounds), at, (&deposits.photons, &deposits.count), gathered);
+        }
     }
 }
 
 /// Numbers to report of what the estimator built, by name; equal names are added up.
 pub(super) fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str, Buf<u32>)> {
     match structure {
-        Structure::Tiled { touched, entries, .. } => {
+        Structure::Image(InImage::Tiled { touched, entries, .. }, _) => {
             let mut photons = g.buffer("photons_in_tiles", 1);
             reduce::u32s(g, Items::All, reduce::Op::Sum, touched, &mut photons);
             let mut counts = vec![("photons_in_tiles", photons)];

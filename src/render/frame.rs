@@ -163,7 +163,6 @@ fn bands(
                 size: [settings.width, settings.height],
                 first_pixel: band.first_pixel,
                 pixels: band.pixels,
-                bends: device.variant.glossy,
             };
             let points = (Points::new(&hits, &buffers.pass), place);
             gathered = g.scope("gather", |g| {

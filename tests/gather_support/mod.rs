@@ -6,7 +6,7 @@
 pub mod support;
 pub mod view;
 
-use nephroid::graph::{Buf, Graph, Lanes};
+use nephroid::graph::{Buf, Graph, Lanes, Persistent};
 use nephroid::kernels::compact;
 use nephroid::kernels::gather::reference::Disc;
 use nephroid::kernels::gather::{Band, Points, Program, Walk, Weight};
@@ -45,14 +45,7 @@ pub fn gathered(
     let list: Vec<u32> = (0..hits.len() as u32).collect();
     let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * hits.len()));
     harness.run(&[&output], |g| {
-        let mut deposits = Deposits {
-            photons: g.import(&stored),
-            boxes: g.import(&boxes),
-            count: counted(g, photons.len() as u32),
-            overflow: counted(g, 0),
-            counters: g.buffer("counters", COUNTERS.len() as u32),
-            truncated: vec![],
-        };
+        let mut deposits = deposits(g, &stored, &boxes);
         let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
         let count = counted(g, hits.len() as u32);
         let args = compact::dispatch_args(g, &count, hits.len() as u32, 64);
@@ -119,14 +112,7 @@ fn one_frame(
     let list: Vec<u32> = frame.places.iter().map(|(pixel, _)| *pixel).collect();
     let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * pixels as usize));
     harness.run_on(lanes, &[&output], |g| {
-        let mut deposits = Deposits {
-            photons: g.import(&stored),
-            boxes: g.import(&boxes),
-            count: counted(g, photons.len() as u32),
-            overflow: counted(g, 0),
-            counters: g.buffer("counters", COUNTERS.len() as u32),
-            truncated: vec![],
-        };
+        let mut deposits = deposits(g, &stored, &boxes);
         let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
         let count = counted(g, list.len());
         let args = compact::dispatch_args(g, &count, list.len(), 64);
@@ -135,12 +121,24 @@ fn one_frame(
         let mut target = g.import(output.memory());
         let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass };
         let size = [view.camera.width, view.camera.height];
-        let band = Band { camera: &camera, size, first_pixel, pixels, bends: false };
+        let band = Band { camera: &camera, size, first_pixel, pixels };
         declare(g, (points, band), &mut deposits, &mut target);
         g.keep(&target);
     });
     let all = harness.content(&output);
     frame.places.iter().map(|(pixel, _)| [all[2 * *pixel as usize], all[2 * *pixel as usize + 1]]).collect()
+}
+
+/// Deposits as many as there is room for.
+pub fn deposits(g: &mut Graph, stored: &Persistent<Photon>, boxes: &Persistent<Aabb>) -> Deposits {
+    Deposits {
+        photons: g.import(stored),
+        boxes: g.import(boxes),
+        count: counted(g, stored.len()),
+        overflow: counted(g, 0),
+        counters: g.buffer("counters", COUNTERS.len() as u32),
+        truncated: vec![],
+    }
 }
 
 fn counted(g: &mut Graph, value: u32) -> Buf<u32> {

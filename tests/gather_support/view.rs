@@ -23,27 +23,10 @@ impl View {
     /// A camera at `position` that looks at `target`; the image is `half` high (half of it, at distance 1 or, orthographic, anywhere).
     pub fn new(position: [f32; 3], target: [f32; 3], half: f32, size: [u32; 2]) -> Self {
         let unit = |v: [f32; 3]| v.map(|x| x / dot(v, v).sqrt());
-        let cross = |a: [f32; 3], b: [f32; 3]| {
-            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-        };
         let forward = unit(std::array::from_fn(|k| target[k] - position[k]));
         let right = unit(cross(forward, if forward[1].abs() > 0.9 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] }));
         let up = cross(right, forward);
-        let camera = Camera {
-            position,
-            width: size[0],
-            right: right.map(|x| x * half * size[0] as f32 / size[1] as f32),
-            height: size[1],
-            up: up.map(|x| x * half),
-            orthographic: 0,
-            forward,
-            slots: 1,
-            first_pixel: 0,
-            pixels: size[0] * size[1],
-            lens_radius: 0.0,
-            inverse_focus: 0.0,
-        };
-        Self { camera, bands: 1 }
+        Self { camera: camera(position, [right, up, forward], half, size), bands: 1 }
     }
 
     /// The same with parallel rays.
@@ -98,6 +81,30 @@ impl View {
     }
 }
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+/// A camera with unit axes `right`, `up`, `forward`, whose image is `half` high (half of it, at distance 1).
+pub fn camera(position: [f32; 3], [right, up, forward]: [[f32; 3]; 3], half: f32, size: [u32; 2]) -> Camera {
+    Camera {
+        position,
+        width: size[0],
+        right: right.map(|x| x * half * size[0] as f32 / size[1] as f32),
+        height: size[1],
+        up: up.map(|x| x * half),
+        orthographic: 0,
+        forward,
+        slots: 1,
+        first_pixel: 0,
+        pixels: size[0] * size[1],
+        lens_radius: 0.0,
+        inverse_focus: 0.0,
+    }
+}
+
+/// Vector product.
+pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Scalar product.
+pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -1,6 +1,8 @@
 //! Kernels for tests of the graph that need no device: any number of buffers, no code.
 #![allow(dead_code)]
 
+pub mod device;
+
 use nephroid::graph::{Access, Bindings, Buf, FragmentShader, GeometryShader, Kernel, KernelInfo, Shader, ShaderInfo};
 use nephroid::graph::{Spirv, Stage, Use, VertexShader};
 

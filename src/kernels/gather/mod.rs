@@ -127,6 +127,4 @@ pub struct Band<'a> {
     pub first_pixel: u32,
     /// Pixels in the band.
     pub pixels: u32,
-    /// Whether eye paths may go on after their first surface, so that hits may lie behind mirrors and glass.
-    pub bends: bool,
 }

@@ -332,7 +332,7 @@ mod tests {
             [([1, 1], 0, 1), ([320, 240], 0, 76_800), ([30, 21], 130, 77), ([7, 3], 20, 1), ([5000, 9], 44_000, 1000)]
         {
             for lanes in [Lanes::Cpu, Lanes::Gpu] {
-                let tiles = Tiles::new(lanes, Band { camera: &camera, size, first_pixel, pixels, bends: false });
+                let tiles = Tiles::new(lanes, Band { camera: &camera, size, first_pixel, pixels });
                 for pixel in first_pixel..first_pixel + pixels {
                     let strip = pixel / (STRIP * size[0]);
                     let rows = STRIP.min(size[1] - strip * STRIP);
