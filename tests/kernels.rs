@@ -12,6 +12,7 @@ use support::{Harness, POISON_WORD, Random, SIZES, assert_same, patterns};
 const REFERENCES: &[(&str, &str)] = &[
     ("compact_scatter", "kernels::compact::reference"),
     ("dispatch_args", "kernels::compact::reference_args"),
+    ("film_add", "film::exact::plus"),
     ("lbvh_boxes", "kernels::lbvh_reference::build"),
     ("lbvh_codes", "kernels::lbvh_reference::morton"),
     ("lbvh_count", "kernels::lbvh_reference::build"),
@@ -76,7 +77,6 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("direct_light", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
     ("eye_generate", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
     ("eye_shade", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
-    ("film_add", "tests/extremes/exact.rs", "fn case_42_passes_are_independent"),
     ("gather_split", "tests/estimators.rs", "fn constant_radius_gives_what_brute_force_gives"),
     ("gather_unfinished", "tests/gather.rs", "fn a_million_photons_at_one_place"),
     ("hash_pack", "tests/packing.rs", "fn packed_photons_are_close"),

@@ -179,7 +179,7 @@ pub fn table(runtime: &Runtime, scene: &Scene, trial: &Trial, begin: &mut dyn Fn
 /// Pairs of one pass, if they are counted, and whether nothing but Lambert's law is gathered.
 fn count(runtime: &Runtime, scene: &Scene, settings: Settings) -> Result<(Option<[u64; 2]>, bool)> {
     let mut session = Session::new(runtime, scene.clone(), Settings { count_pairs: true, ..settings })?;
-    session.run_pass(0)?;
+    session.repeat_pass(0)?;
     let variant = session.device_scene().variant;
     let counts = session.statistics()?;
     let pairs = (counts.pairs_tested > 0).then_some([counts.pairs_tested, counts.pairs_accepted]);
@@ -203,7 +203,7 @@ pub(super) fn race(
         }
         begin(&format!("preparing {}", settings.estimator.map_or("", Estimator::name)));
         let session = Session::new(runtime, scene.clone(), settings).and_then(|mut session| {
-            session.run_pass(0)?; // memory is touched for the first time, and the map has grown as far as it must
+            session.repeat_pass(0)?; // memory is touched for the first time, and the map has grown as far as it must
             Ok((session, Vec::new()))
         });
         runners.push(session.map_err(|error| error.to_string()));
@@ -212,7 +212,7 @@ pub(super) fn race(
         begin(&format!("pass {pass} of {}", trial.passes.max(1)));
         for runner in &mut runners {
             let Ok((session, times)) = runner else { continue };
-            match session.run_pass(0) {
+            match session.repeat_pass(0) {
                 Ok(_) => times.push(["photon map", "gather"].map(|scope| seconds_in(session, &[scope]))),
                 Err(error) => *runner = Err(error.to_string()),
             }

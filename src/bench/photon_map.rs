@@ -134,7 +134,7 @@ pub fn photon_map(
     begin("footprints");
     let photons = {
         let mut session = Session::new(runtime, scene.clone(), Settings { read_photons: true, ..settings.clone() })?;
-        session.run_pass(0)?;
+        session.repeat_pass(0)?;
         session.photons()
     };
     let coverage = coverage(scene, &photons);
@@ -167,13 +167,13 @@ fn builder_times(
         begin(&format!("{build:?} build, leaves of {leaf}: preparing"));
         let settings = Settings { leaf_photons: Some(leaf), ..settings.clone() };
         let mut session = Session::new(runtime, scene.clone(), settings)?;
-        session.run_pass(0)?;
+        session.repeat_pass(0)?;
         sessions.push((leaf, session, vec![]));
     }
     begin(&format!("{build:?} build"));
     for _ in 0..effort.repeats.max(1) {
         for (_, session, times) in &mut sessions {
-            session.run_pass(0)?;
+            session.repeat_pass(0)?;
             times.push(map_seconds(session));
         }
     }
@@ -206,13 +206,13 @@ fn queries(
     let settings = Settings { estimator: Some(estimator), count_pairs: true, ..settings.clone() };
     let pixels = f64::from(settings.pixels());
     let mut session = Session::new(runtime, scene.clone(), settings.clone())?;
-    session.run_pass(0)?;
+    session.repeat_pass(0)?;
     let counts = session.statistics()?;
     let per_pixel = |count: u64| count as f64 / pixels;
     let mut timed = Session::new(runtime, scene.clone(), Settings { count_pairs: false, ..settings.clone() })?;
     let mut seconds = f64::INFINITY;
     for _ in 0..=repeats.max(1) {
-        timed.run_pass(0)?;
+        timed.repeat_pass(0)?;
         seconds = seconds.min(map_seconds(&timed).iter().sum());
     }
     let (tested, accepted) = (per_pixel(counts.pairs_tested), per_pixel(counts.pairs_accepted));

@@ -112,7 +112,7 @@ pub(super) fn seconds_in(session: &Session, names: &[&str]) -> f64 {
 fn photons(runtime: &Runtime, scene: &Scene, effort: Effort, begin: &mut dyn FnMut(&str)) -> Result<Vec<Rate>> {
     begin("photons: preparing");
     let mut session = Session::new(runtime, scene.clone(), settings(effort, false))?;
-    session.run_pass(0)?;
+    session.repeat_pass(0)?;
     begin("photons");
     let first = session.statistics()?;
     let (mut tracing, mut building, mut whole) = (vec![], vec![], vec![]);
@@ -158,7 +158,7 @@ fn pairs(runtime: &Runtime, scene: &Scene, effort: Effort) -> Result<Vec<Rate>> 
     }
     drop(counting);
     let mut timed = Session::new(runtime, scene.clone(), settings(effort, false))?;
-    timed.run_pass(0)?;
+    timed.repeat_pass(0)?;
     let glossy = timed.device_scene().variant.gathers_glossy;
     let mut runs = Vec::new();
     for (index, count) in passes.zip(counts) {

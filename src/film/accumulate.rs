@@ -1,229 +1,288 @@
-//! The film state, kept so that a million passes lose nothing: the specification that the film kernel mirrors.
-//!
-//! A plain f32 sum stops growing once a pass is smaller than half an ulp of it: 2^24 passes of 0.1 are already wrong in
-//! the first digits. Here every sum is a pair of f32 whose exact sum is the value; the pair is built with Knuth's
-//! two-sum (The Art of Computer Programming, vol. 2, section 4.2.2), whose rounding error is itself an f32. An addition
-//! loses at most 2^-47 of the sum, so n additions of one sign are right to n 2^-47: 1.2e-7 after 2^24 passes.
-//!
-//! A shader needs `precise` on every operation here, or the compiler may simplify the error term to zero.
+//! The film: exact sums over passes, and which passes are in them. All that error bars, resuming and merging need.
 
-/// An unevaluated sum `hi + lo`, with `hi` the f32 nearest to it.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TwoFloat {
-    /// The leading 24 bits.
-    pub hi: f32,
-    /// The remainder, at most half an ulp of `hi`.
-    pub lo: f32,
+use std::ops::Range;
+
+use super::exact::ExactSum;
+use super::image::{Channels, Picture};
+use crate::error::{Error, Result};
+
+/// Sums per pixel: value, square, value times squared footprint scale, three channels each.
+pub const SUMS: usize = 9;
+
+/// Sums per pixel of the layers: albedo, normal, depth, coverage, direct, indirect, caustic.
+pub const LAYER_SUMS: usize = 17;
+
+/// A set of global pass indices.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct PassSet {
+    /// Ascending, apart from each other, none empty.
+    ranges: Vec<Range<u64>>,
 }
 
-impl TwoFloat {
-    /// Adds a number (Knuth's two-sum, then Dekker's fast two-sum to keep `lo` small).
-    pub fn plus(self, x: f32) -> Self {
-        let (sum, error) = two_sum(self.hi, x);
-        fast_two_sum(sum, self.lo + error)
+impl PassSet {
+    /// The indices of one range.
+    pub fn of(range: Range<u64>) -> Self {
+        Self { ranges: if range.is_empty() { vec![] } else { vec![range] } }
     }
 
-    /// Adds another pair.
-    pub fn plus_pair(self, other: Self) -> Self {
-        let (sum, error) = two_sum(self.hi, other.hi);
-        fast_two_sum(sum, error + (self.lo + other.lo))
+    /// Ascending ranges that do not touch.
+    pub fn ranges(&self) -> &[Range<u64>] {
+        &self.ranges
     }
 
-    /// The value in double precision.
-    pub fn to_f64(self) -> f64 {
-        f64::from(self.hi) + f64::from(self.lo)
+    /// Number of indices.
+    pub fn count(&self) -> u64 {
+        self.ranges.iter().map(|range| range.end - range.start).sum()
+    }
+
+    /// Whether an index is in the set.
+    pub fn contains(&self, index: u64) -> bool {
+        self.ranges.iter().any(|range| range.contains(&index))
+    }
+
+    /// The first range that both sets have in common.
+    pub fn overlap(&self, other: &Self) -> Option<Range<u64>> {
+        let common = |a: &Range<u64>, b: &Range<u64>| a.start.max(b.start)..a.end.min(b.end);
+        let pairs = self.ranges.iter().flat_map(|a| other.ranges.iter().map(move |b| common(a, b)));
+        pairs.filter(|range| !range.is_empty()).min_by_key(|range| range.start)
+    }
+
+    /// Adds an index; `false` if it was there.
+    pub fn insert(&mut self, index: u64) -> bool {
+        // The usual case, passes in order, takes no search.
+        if let Some(last) = self.ranges.last_mut()
+            && last.end == index
+        {
+            last.end += 1;
+            return true;
+        }
+        let new = !self.contains(index);
+        self.unite(&Self::of(index..index + 1));
+        new
+    }
+
+    /// Adds all indices of another set.
+    pub fn unite(&mut self, other: &Self) {
+        let mut all: Vec<Range<u64>> = self.ranges.iter().chain(&other.ranges).cloned().collect();
+        all.sort_by_key(|range| range.start);
+        self.ranges.clear();
+        for range in all {
+            match self.ranges.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => self.ranges.push(range),
+            }
+        }
     }
 }
 
-/// `a + b` as rounded sum and exact error, for any order of magnitudes.
-fn two_sum(a: f32, b: f32) -> (f32, f32) {
-    let sum = a + b;
-    let b_part = sum - a;
-    let a_part = sum - b_part;
-    (sum, (a - a_part) + (b - b_part))
+impl std::fmt::Display for PassSet {
+    /// `0..16,32..48`, empty for none.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ranges: Vec<String> = self.ranges.iter().map(|range| format!("{}..{}", range.start, range.end)).collect();
+        f.write_str(&ranges.join(","))
+    }
 }
 
-/// `a + b` as a pair, given `|a| >= |b|`.
-fn fast_two_sum(a: f32, b: f32) -> TwoFloat {
-    let hi = a + b;
-    TwoFloat { hi, lo: b - (hi - a) }
+impl std::str::FromStr for PassSet {
+    type Err = Error;
+
+    /// Reads what `Display` writes: ascending ranges apart from each other.
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || Error::Usage(format!("'{text}' is not a list of passes such as 0..16,32..48"));
+        let mut set = Self::default();
+        for part in text.split(',').filter(|part| !part.is_empty()) {
+            let (start, end) = part.split_once("..").ok_or_else(wrong)?;
+            let range = start.parse::<u64>().map_err(|_| wrong())?..end.parse::<u64>().map_err(|_| wrong())?;
+            let after = set.ranges.last().is_none_or(|last| last.end < range.start);
+            if range.is_empty() || !after {
+                return Err(wrong());
+            }
+            set.ranges.push(range);
+        }
+        Ok(set)
+    }
 }
 
-/// Sums of one pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PixelSums {
-    /// Sum of the pass results, per channel.
-    pub sum: [TwoFloat; 3],
-    /// Sum of their squares, per channel.
-    pub sum_sq: [TwoFloat; 3],
-}
-
-/// The film: what error bars, resuming and merging need, and nothing else.
-#[derive(Debug, Clone, PartialEq)]
+/// The film of a render or of a part of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Film {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// Exponents of the powers of two that radiance and depth are counted in: from the scene, so that scaling a scene by a
+    /// power of two changes no bit.
+    pub exponents: [i32; 2],
     /// Passes added.
-    pub passes: u64,
-    /// Numbers that were not finite and counted as 0 instead. One would poison its pixel for good; a correct
-    /// renderer keeps this at 0.
+    pub passes: PassSet,
+    /// Pixel values that were not finite (they count as 0) or beyond the range of the sums (they are cut). A correct renderer
+    /// keeps this at 0.
     pub rejected: u64,
-    /// One entry per pixel, rows from the top.
-    pub pixels: Vec<PixelSums>,
+    /// [`SUMS`] per pixel, rows from the top.
+    pub sums: Vec<[ExactSum; SUMS]>,
+    /// [`LAYER_SUMS`] per pixel, rows from the top; empty without layers.
+    pub layers: Vec<[ExactSum; LAYER_SUMS]>,
 }
 
 impl Film {
     /// A black film without passes.
-    pub fn new(width: u32, height: u32) -> Self {
-        let pixels = vec![PixelSums::default(); width as usize * height as usize];
-        Self { width, height, passes: 0, rejected: 0, pixels }
+    pub fn new(width: u32, height: u32, exponents: [i32; 2], with_layers: bool) -> Self {
+        let pixels = width as usize * height as usize;
+        Self {
+            width,
+            height,
+            exponents,
+            passes: PassSet::default(),
+            rejected: 0,
+            sums: vec![[ExactSum::default(); SUMS]; pixels],
+            layers: vec![[ExactSum::default(); LAYER_SUMS]; if with_layers { pixels } else { 0 }],
+        }
     }
 
-    /// Adds the result of one pass: linear RGB, interleaved, rows from the top.
+    /// Adds the passes of another film, bit for bit as if they had been rendered into this one.
     ///
-    /// # Panics
-    /// If `pass` does not have three numbers for each pixel.
-    pub fn add_pass(&mut self, pass: &[f32]) {
-        assert_eq!(pass.len(), 3 * self.pixels.len(), "numbers in a pass");
-        for (pixel, color) in self.pixels.iter_mut().zip(pass.chunks_exact(3)) {
-            for (channel, &x) in color.iter().enumerate() {
-                let square = x * x;
-                if !x.is_finite() || !square.is_finite() {
-                    self.rejected += 1;
-                    continue;
-                }
-                pixel.sum[channel] = pixel.sum[channel].plus(x);
-                pixel.sum_sq[channel] = pixel.sum_sq[channel].plus(square);
-            }
+    /// # Errors
+    /// [`Error::Usage`] if size, units or layers differ, or both hold one pass.
+    pub fn merge(&mut self, other: &Self) -> Result<()> {
+        let shape = |film: &Self| (film.width, film.height, film.exponents, film.layers.is_empty());
+        if shape(self) != shape(other) {
+            return Err(Error::Usage("films of other sizes, layers or scenes cannot be merged".into()));
         }
-        self.passes += 1;
-    }
-
-    /// Adds the passes of another film of the same size.
-    ///
-    /// # Panics
-    /// If the sizes differ.
-    pub fn merge(&mut self, other: &Self) {
-        assert_eq!((self.width, self.height), (other.width, other.height), "size of a merged film");
-        for (pixel, theirs) in self.pixels.iter_mut().zip(&other.pixels) {
-            for channel in 0..3 {
-                pixel.sum[channel] = pixel.sum[channel].plus_pair(theirs.sum[channel]);
-                pixel.sum_sq[channel] = pixel.sum_sq[channel].plus_pair(theirs.sum_sq[channel]);
-            }
+        if let Some(range) = self.passes.overlap(&other.passes) {
+            return Err(Error::Usage(format!("passes {}..{} are in both films", range.start, range.end)));
         }
-        self.passes += other.passes;
+        let pairs = self.sums.iter_mut().flatten().zip(other.sums.iter().flatten());
+        let layers = self.layers.iter_mut().flatten().zip(other.layers.iter().flatten());
+        pairs.chain(layers).for_each(|(ours, theirs)| *ours = ours.plus_sum(*theirs));
+        self.passes.unite(&other.passes);
         self.rejected += other.rejected;
+        Ok(())
     }
 
-    /// The picture: the mean over all passes as interleaved linear RGB; black without passes.
-    pub fn mean(&self) -> Vec<f32> {
-        let scale = self.passes.max(1) as f64;
-        self.pixels.iter().flat_map(|pixel| pixel.sum.map(|sum| (sum.to_f64() / scale) as f32)).collect()
+    /// Per pixel and channel: sum, sum of squares, sum of values times squared footprint scale.
+    pub fn moments(&self) -> Vec<[f64; SUMS]> {
+        let unit = 2f64.powi(self.exponents[0]);
+        let units: [f64; SUMS] = std::array::from_fn(|k| if (3..6).contains(&k) { unit * unit } else { unit });
+        self.sums.iter().map(|sums| std::array::from_fn(|k| sums[k].to_f64() * units[k])).collect()
     }
 
-    /// The standard error of [`Film::mean`], interleaved RGB: the square root of the unbiased sample variance over the
-    /// number of passes. Infinite with fewer than two passes, where nothing is known about it.
-    ///
-    /// Cancellation limits it: a spread below about 3e-4 of the mean is lost in the rounding of the squares.
-    pub fn standard_error(&self) -> Vec<f32> {
-        if self.passes < 2 {
-            return vec![f32::INFINITY; 3 * self.pixels.len()];
+    /// The mean of all passes: beauty, and the layers if there are any. Black without passes.
+    pub fn picture(&self) -> Picture {
+        let mut picture = Picture::new(self.width, self.height);
+        let scale = 1.0 / self.passes.count().max(1) as f64;
+        let unit = 2f64.powi(self.exponents[0]) * scale;
+        let mean = |sums: &[ExactSum]| [0, 1, 2].map(|k| (sums[k].to_f64() * unit) as f32);
+        picture.push("", Channels::Rgb, self.sums.iter().flat_map(|sums| mean(sums)).collect());
+        if self.layers.is_empty() {
+            return picture;
         }
-        let n = self.passes as f64;
-        let error = |sum: TwoFloat, sum_sq: TwoFloat| {
-            let mean = sum.to_f64() / n;
-            let variance = ((sum_sq.to_f64() / n - mean * mean) * n / (n - 1.0)).max(0.0);
-            (variance / n).sqrt() as f32
-        };
-        self.pixels
-            .iter()
-            .flat_map(|pixel| [0, 1, 2].map(|channel| error(pixel.sum[channel], pixel.sum_sq[channel])))
-            .collect()
+        let depth_unit = 2f64.powi(self.exponents[1]);
+        for (name, channels, at) in LAYERS {
+            let pixels = self.layers.iter().map(|sums| &sums[at..]);
+            let data = match (name, channels) {
+                (_, Channels::Vector) => pixels.flat_map(direction).collect(),
+                (_, Channels::Scalar) => pixels.map(|sums| depth(sums, depth_unit)).collect(),
+                ("albedo", _) => {
+                    pixels.flat_map(|sums| [0, 1, 2].map(|k| (sums[k].to_f64() * scale) as f32)).collect()
+                }
+                _ => pixels.flat_map(mean).collect(),
+            };
+            picture.push(name, channels, data);
+        }
+        picture
     }
+}
+
+/// Layers, and where their sums begin.
+const LAYERS: [(&str, Channels, usize); 6] = [
+    ("albedo", Channels::Rgb, 0),
+    ("normal", Channels::Vector, 3),
+    ("depth", Channels::Scalar, 6),
+    ("direct", Channels::Rgb, 8),
+    ("indirect", Channels::Rgb, 11),
+    ("caustic", Channels::Rgb, 14),
+];
+
+fn direction(sums: &[ExactSum]) -> [f32; 3] {
+    let vector = [0, 1, 2].map(|k| sums[k].to_f64());
+    let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    vector.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 })
+}
+
+/// The mean over the samples that met a surface; infinity where none did.
+fn depth(sums: &[ExactSum], unit: f64) -> f32 {
+    let covered = sums[1].to_f64();
+    if covered > 0.0 { (sums[0].to_f64() * unit / covered) as f32 } else { f32::INFINITY }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
-    #[test]
-    fn sixteen_million_passes_of_a_tenth_are_a_tenth() {
-        let passes = (1_u32 << 24) + 1;
-        let (mut naive, mut pair) = (0.0_f32, TwoFloat::default());
-        for _ in 0..passes {
-            naive += 0.1;
-            pair = pair.plus(0.1);
+    /// A film of one pixel with the passes `range`, each of a value of its own.
+    fn film(range: Range<u64>) -> Film {
+        let mut film = Film::new(1, 1, [3, -2], true);
+        for index in range {
+            let value = 0.1 / (1.0 + index as f32);
+            film.sums[0].iter_mut().for_each(|sum| *sum = sum.plus(value));
+            film.layers[0].iter_mut().for_each(|sum| *sum = sum.plus(value));
+            assert!(film.passes.insert(index));
         }
-        let relative = |sum: f64| (sum / f64::from(passes) / 0.1 - 1.0).abs();
-        assert!(relative(pair.to_f64()) < 1e-6, "two-float sum is {} off", relative(pair.to_f64()));
-        assert!(relative(f64::from(naive)) > 0.05, "the naive sum should fail this test");
-    }
-
-    #[test]
-    fn a_film_keeps_mean_error_and_count() {
-        let mut film = Film::new(2, 1);
-        for pass in 0..1000 {
-            let x = if pass % 2 == 0 { 1.0 } else { 3.0 };
-            film.add_pass(&[x, 0.25, 0.0, 1e-3 * x, 1e6, 7.0]);
-        }
-        assert_eq!(film.passes, 1000);
-        assert_eq!(film.mean(), [2.0, 0.25, 0.0, 2e-3, 1e6, 7.0]);
-        // The deviation of 1, 3, 1, 3 ... is 1: standard error 1 / sqrt(999).
-        let error = film.standard_error();
-        assert!((error[0] - 999_f32.sqrt().recip()).abs() < 1e-6);
-        assert!((error[3] - 1e-3 * 999_f32.sqrt().recip()).abs() < 1e-8);
-        assert!(error[1] == 0.0 && error[2] == 0.0);
-    }
-
-    #[test]
-    fn nothing_is_known_from_one_pass() {
-        let mut film = Film::new(1, 1);
-        assert_eq!(film.mean(), [0.0; 3]);
-        film.add_pass(&[1.0; 3]);
-        assert_eq!(film.standard_error(), [f32::INFINITY; 3]);
-    }
-
-    #[test]
-    fn broken_numbers_are_counted_and_do_not_spread() {
-        let mut film = Film::new(1, 1);
-        film.add_pass(&[1.0, 2.0, 3.0]);
-        film.add_pass(&[f32::NAN, f32::INFINITY, 1e30]);
-        assert_eq!(film.rejected, 3);
-        assert_eq!(film.mean(), [0.5, 1.0, 1.5]);
+        film
     }
 
     #[test]
     fn merged_films_equal_one_film() {
-        let pass = |index: u32| [0.1 * index as f32, 1.0 / (1.0 + index as f32), 1e5];
-        let (mut whole, mut front, mut back) = (Film::new(1, 1), Film::new(1, 1), Film::new(1, 1));
-        for index in 0..5000 {
-            whole.add_pass(&pass(index));
-            if index < 1234 { &mut front } else { &mut back }.add_pass(&pass(index));
-        }
-        front.merge(&back);
-        assert_eq!(front.passes, whole.passes);
-        assert_eq!(front.mean(), whole.mean());
-        assert_eq!(front.standard_error(), whole.standard_error());
+        let mut merged = film(700..1000);
+        merged.merge(&film(0..300)).expect("apart");
+        merged.merge(&film(300..700)).expect("apart");
+        assert_eq!(merged, film(0..1000));
+        assert_ne!(merged, film(0..999), "the check can fail");
+        assert_eq!(merged.passes.to_string(), "0..1000");
     }
 
-    proptest! {
-        #[test]
-        fn a_pair_is_the_exact_sum_of_two(a in -1e30_f32..1e30, b in -1e30_f32..1e30) {
-            let (sum, error) = two_sum(a, b);
-            prop_assert_eq!(sum, a + b);
-            // Both parts are multiples of the smaller ulp, so f64 shows the identity wherever it can hold the sum.
-            let exact = f64::from(a) + f64::from(b);
-            prop_assert_eq!(f64::from(sum) + f64::from(error), exact);
-        }
+    #[test]
+    fn what_does_not_belong_together_is_refused() {
+        let mut one = film(0..10);
+        let before = one.clone();
+        let message = one.merge(&film(8..12)).expect_err("twice").to_string();
+        assert!(message.contains("passes 8..10"), "{message}");
+        assert!(one.merge(&Film::new(2, 1, [3, -2], true)).is_err(), "size");
+        assert!(one.merge(&Film::new(1, 1, [4, -2], true)).is_err(), "units");
+        assert!(one.merge(&Film::new(1, 1, [3, -2], false)).is_err(), "layers");
+        assert_eq!(one, before, "a refusal changes nothing");
+    }
 
-        #[test]
-        fn long_sums_agree_with_f64(numbers in prop::collection::vec(0.0_f32..1e6, 1..2000)) {
-            let pair = numbers.iter().fold(TwoFloat::default(), |sum, &x| sum.plus(x)).to_f64();
-            let exact: f64 = numbers.iter().map(|&x| f64::from(x)).sum();
-            prop_assert!((pair - exact).abs() <= exact * 1e-11);
+    #[test]
+    fn units_return_in_the_picture() {
+        let mut film = Film::new(1, 1, [3, -2], true);
+        film.passes = PassSet::of(0..2);
+        film.sums[0][0] = ExactSum::default().plus(0.5);
+        film.layers[0][6] = ExactSum::default().plus(8.0);
+        film.layers[0][7] = ExactSum::default().plus(2.0);
+        film.layers[0][3] = ExactSum::default().plus(-7.0);
+        let picture = film.picture();
+        assert_eq!(picture.beauty().expect("a colour").data, [2.0, 0.0, 0.0]);
+        assert_eq!(picture.layer("depth").expect("a depth").data, [1.0]);
+        assert_eq!(picture.layer("normal").expect("a normal").data, [-1.0, 0.0, 0.0]);
+        assert_eq!((film.moments()[0][0], picture.layers.len()), (4.0, 7));
+    }
+
+    #[test]
+    fn sets_of_passes_are_read_as_they_are_written() {
+        let mut set = PassSet::default();
+        assert_eq!((set.to_string().as_str(), set.count()), ("", 0));
+        for index in [5, 6, 2, 0, 1, 9] {
+            assert!(set.insert(index));
         }
+        assert!(!set.insert(6));
+        assert_eq!((set.to_string().as_str(), set.count()), ("0..3,5..7,9..10", 6));
+        assert_eq!(set.to_string().parse::<PassSet>().expect("ours"), set);
+        assert_eq!("".parse::<PassSet>().expect("none"), PassSet::default());
+        for wrong in ["0..0", "3..1", "5..9,0..2", "0..3,2..4", "0..3,3..4", "x..2", "1", "-1..2", "0...3"] {
+            assert!(wrong.parse::<PassSet>().is_err(), "{wrong}");
+        }
+        assert_eq!(set.overlap(&PassSet::of(6..20)), Some(6..7));
+        assert_eq!(set.overlap(&PassSet::of(3..5)), None);
     }
 }

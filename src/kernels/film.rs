@@ -1,21 +1,21 @@
-//! Adding a pass to the film. The specification of the sums is [`crate::film`]'s host film, which the kernel mirrors.
+//! Adding a pass to the film. The specification of the sums is [`crate::film::exact`], which the kernel mirrors.
 
-use super::generated::{Camera, FilmAdd, FilmAddBindings};
+use super::generated::{Camera, FilmAdd, FilmAddBindings, FilmAddParams, Pass};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Floats per pixel of the film: sum high, sum low, squares high, squares low, three channels each.
-pub const FILM_FLOATS: u32 = 12;
+/// Sums per pixel of the film: value, square, value times squared footprint scale, three channels each.
+pub const FILM_SUMS: u32 = 9;
 
-/// Vectors per pixel of the layers: albedo, normal, depth and coverage, direct, indirect, caustic; high and low parts.
-pub const LAYER_VECTORS: u32 = 12;
+/// Sums per pixel of the layers: albedo, normal, depth, coverage, direct, indirect, caustic.
+pub const LAYER_SUMS: u32 = 17;
 
 /// The film's buffers.
 pub struct FilmBuffers {
-    /// [`FILM_FLOATS`] per pixel.
-    pub film: Buf<f32>,
-    /// [`LAYER_VECTORS`] per pixel, or one without layers.
-    pub layers: Buf<[f32; 4]>,
-    /// One word: pixels of passes that were not finite.
+    /// [`FILM_SUMS`] per pixel.
+    pub film: Buf<[u32; 4]>,
+    /// [`LAYER_SUMS`] per pixel, or one without layers.
+    pub layers: Buf<[u32; 4]>,
+    /// One word: pixels of passes that were not finite or beyond the range of the sums.
     pub rejected: Buf<u32>,
 }
 
@@ -31,17 +31,36 @@ pub struct PassResult<'a> {
     pub overflow: &'a Buf<u32>,
 }
 
-/// Adds a pass; `aov` also adds the layers.
-pub fn add(g: &mut Graph, camera: &Buf<Camera>, pixels: u32, aov: bool, pass: PassResult<'_>, film: &mut FilmBuffers) {
+/// How a pass is added.
+#[derive(Debug, Clone, Copy)]
+pub struct Adding {
+    /// Pixels of the band.
+    pub pixels: u32,
+    /// Whether layers are added, too.
+    pub aov: bool,
+    /// Exponents of the powers of two that radiance and depth are counted in.
+    pub exponents: [i32; 2],
+}
+
+/// Adds a pass.
+pub fn add(
+    g: &mut Graph,
+    (camera, pass): (&Buf<Camera>, &Buf<Pass>),
+    adding: Adding,
+    result: PassResult<'_>,
+    film: &mut FilmBuffers,
+) {
     let bind = FilmAddBindings {
         camera,
-        radiance: pass.radiance,
-        gathered: pass.gathered,
-        aov_first: pass.aov_first,
+        pass,
+        radiance: result.radiance,
+        gathered: result.gathered,
+        aov_first: result.aov_first,
         film: &mut film.film,
         film_layers: &mut film.layers,
         rejected: &mut film.rejected,
-        overflow: pass.overflow,
+        overflow: result.overflow,
     };
-    g.dispatch(FilmAdd { aov }, Grid::Threads(pixels), (), bind);
+    let [unit, depth_unit] = adding.exponents.map(|exponent| 2f32.powi(-exponent));
+    g.dispatch(FilmAdd { aov: adding.aov }, Grid::Threads(adding.pixels), FilmAddParams { unit, depth_unit }, bind);
 }

@@ -9,7 +9,7 @@ use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
 use crate::graph::{Graph, Input, Persistent, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
-use crate::kernels::film::{self, FILM_FLOATS, FilmBuffers, LAYER_VECTORS, PassResult};
+use crate::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
 use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
@@ -20,6 +20,9 @@ use crate::scene::Scene;
 /// the smallest binding limit.
 const BAND_SLOTS: u32 = 1 << 19;
 
+/// Most pixels of a band: its layer sums stay below the smallest binding limit, 128 MiB.
+const BAND_PIXELS: u32 = (1 << 27) / (16 * LAYER_SUMS);
+
 /// Shadow rays per eye hit and pass, where there is more than one direction to choose.
 const SHADOW_RAYS: u32 = 4;
 
@@ -27,8 +30,8 @@ const SHADOW_RAYS: u32 = 4;
 pub(super) struct BandFilm {
     pub first_pixel: u32,
     pub pixels: u32,
-    pub film: Persistent<f32>,
-    pub layers: Persistent<[f32; 4]>,
+    pub film: Persistent<[u32; 4]>,
+    pub layers: Persistent<[u32; 4]>,
 }
 
 /// Memory that outlives passes.
@@ -39,7 +42,7 @@ pub(super) struct FilmState {
 
 impl FilmState {
     pub fn new(memory: Memory<'_>, settings: &Settings, slots: u32) -> Result<Self> {
-        let per_band = (BAND_SLOTS / slots).max(1);
+        let per_band = (BAND_SLOTS / slots).clamp(1, BAND_PIXELS);
         let mut bands = Vec::new();
         let mut first_pixel = 0;
         while first_pixel < settings.pixels() {
@@ -47,8 +50,8 @@ impl FilmState {
             bands.push(BandFilm {
                 first_pixel,
                 pixels,
-                film: memory.zeroed("film", pixels * FILM_FLOATS)?,
-                layers: memory.zeroed("film_layers", if settings.layers { pixels * LAYER_VECTORS } else { 1 })?,
+                film: memory.zeroed("film", pixels * FILM_SUMS)?,
+                layers: memory.zeroed("film_layers", if settings.layers { pixels * LAYER_SUMS } else { 1 })?,
             });
             first_pixel += pixels;
         }
@@ -178,7 +181,8 @@ fn bands(
         let overflow = stored.as_ref().map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
         let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
         let result = PassResult { radiance: &hits.radiance, gathered: &gathered, aov_first: &hits.aov_first, overflow };
-        g.scope("film", |g| film::add(g, &camera, band.pixels, settings.layers, result, &mut film));
+        let adding = Adding { pixels: band.pixels, aov: settings.layers, exponents: device.exponents };
+        g.scope("film", |g| film::add(g, (&camera, &buffers.pass), adding, result, &mut film));
         g.keep(&film.film);
         g.keep(&film.layers);
         rejected = film.rejected;

@@ -81,6 +81,21 @@ impl LightTable {
         }
     }
 
+    /// Exponents of the powers of two near which radiance and depths of a scene of this radius lie: what the film counts them
+    /// in. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
+    pub fn film_exponents(&self, scene: &Scene, radius: f64) -> [i32; 2] {
+        /// What is seen of a light itself may be brighter than what it lights up by this factor before it decides.
+        const PEAK: f64 = 65536.0;
+        let unlit = scene.materials.iter().filter(|m| m.unlit).map(|m| luminance([0, 1, 2].map(|k| m.base_color[k])));
+        let emissive = scene.materials.iter().map(|m| luminance(m.emissive));
+        let texels = scene.environment.iter().flat_map(|e| e.radiance.iter().map(|t| luminance(*t)));
+        let peak = unlit.chain(emissive).chain(texels).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        // The radiance of a white surface that all light falls on evenly.
+        let typical = self.power / (4.0 * PI * PI * radius * radius);
+        let exponent = |x: f64| if x > 0.0 && x.is_finite() { (x.log2().ceil() as i32).clamp(-100, 100) } else { 0 };
+        [exponent(typical.max(peak / PEAK)), exponent(radius)]
+    }
+
     fn add_environment(&mut self, powers: &mut Vec<f64>, e: &Environment, radius: f64) {
         let (width, height) = (e.width as usize, e.height as usize);
         let weights = texel_weights(e);

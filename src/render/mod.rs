@@ -24,6 +24,6 @@ pub use estimator_bytes::EstimatorBytes;
 pub use leaf_size::{automatic as automatic_leaf, coverage};
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use sampling::{Sampling, Scale};
-pub use session::{Outcome, Session, Statistics};
+pub use session::{Session, Statistics};
 pub use settings::{Lens, PhotonBuild, Record, Settings};
 pub use upload::DeviceScene;

@@ -12,9 +12,10 @@ use super::recording::Recording;
 use super::settings::{Lens, Settings};
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
-use crate::film::image::{Channels, Picture};
+use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
+use crate::film::exact::ExactSum;
+use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing};
-use crate::kernels::film::{FILM_FLOATS, LAYER_VECTORS};
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
 use crate::scene::{Projection, Scene};
@@ -48,13 +49,6 @@ pub struct Statistics {
     pub seconds: f64,
 }
 
-/// What a pass did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// It is in the film.
-    Added,
-}
-
 /// A render in progress.
 pub struct Session {
     runtime: Runtime,
@@ -65,6 +59,9 @@ pub struct Session {
     state: FilmState,
     frame: Recording,
     statistics: Statistics,
+    passes: PassSet,
+    /// Values rejected in passes of a film that was restored.
+    rejected_before: u64,
 }
 
 impl Session {
@@ -106,12 +103,39 @@ impl Session {
         let frame = Recording::new(runtime, content, &budget, &state)?;
         let statistics =
             Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
-        Ok(Self { runtime: runtime.clone(), scene, device_scene, settings, budget, state, frame, statistics })
+        Ok(Self {
+            runtime: runtime.clone(),
+            scene,
+            device_scene,
+            settings,
+            budget,
+            state,
+            frame,
+            statistics,
+            passes: PassSet::default(),
+            rejected_before: 0,
+        })
     }
 
     /// Renders the pass with this global index and adds it to the film. Its content depends on nothing but the scene, the
     /// settings and the index.
-    pub fn run_pass(&mut self, index: u64) -> Result<Outcome> {
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the pass is in the film already, and those of the device.
+    pub fn run_pass(&mut self, index: u64) -> Result<()> {
+        if self.passes.contains(index) {
+            return Err(Error::Usage(format!("pass {index} is in the film already")));
+        }
+        self.repeat_pass(index)?;
+        self.passes.insert(index);
+        Ok(())
+    }
+
+    /// The work of [`Self::run_pass`], any number of times, for measurements of it: the film is worth nothing afterwards.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn repeat_pass(&mut self, index: u64) -> Result<()> {
         let start = Instant::now();
         let pass = Pass {
             index: index as u32,
@@ -127,7 +151,7 @@ impl Session {
             self.grow(overflow)?;
         }
         self.count(start);
-        Ok(Outcome::Added)
+        Ok(())
     }
 
     /// Makes room for deposits that did not fit; the pass was not added and is repeated.
@@ -233,37 +257,56 @@ impl Session {
 
     /// Counts so far.
     pub fn statistics(&self) -> Result<Statistics> {
-        let rejected = u64::from(self.runtime.download(&self.state.rejected)?[0]);
+        let rejected = self.rejected_before + u64::from(self.runtime.download(&self.state.rejected)?[0]);
         Ok(Statistics { rejected, ..self.statistics.clone() })
+    }
+
+    /// The film of all passes so far: with it a render can be shown, resumed and merged.
+    pub fn film(&self) -> Result<Film> {
+        let Settings { width, height, layers, .. } = self.settings;
+        let mut film = Film::new(width, height, self.device_scene.exponents, layers);
+        film.passes = self.passes.clone();
+        film.rejected = self.rejected_before + u64::from(self.runtime.download(&self.state.rejected)?[0]);
+        for band in &self.state.bands {
+            let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
+            let layers = if layers { self.runtime.download(&band.layers)? } else { vec![] };
+            let mut layers = layers.chunks_exact(LAYER_SUMS);
+            for (place, sums) in places.zip(self.runtime.download(&band.film)?.chunks_exact(SUMS)) {
+                film.sums[place] = std::array::from_fn(|k| ExactSum::from_words(sums[k]));
+                if let Some(sums) = layers.next() {
+                    film.layers[place] = std::array::from_fn(|k| ExactSum::from_words(sums[k]));
+                }
+            }
+        }
+        Ok(film)
+    }
+
+    /// Puts a film of the same render in place of this one's: passes that follow are added to it, bit for bit as if the
+    /// render had never been stopped.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if size, layers or units differ.
+    pub fn restore(&mut self, film: &Film) -> Result<()> {
+        let Settings { width, height, layers, .. } = self.settings;
+        Film::new(width, height, self.device_scene.exponents, layers).merge(film)?;
+        for band in &self.state.bands {
+            let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
+            let sums: Vec<[u32; 4]> = places.clone().flat_map(|place| film.sums[place].map(ExactSum::words)).collect();
+            self.runtime.overwrite(&band.film, &sums)?;
+            if layers {
+                let sums: Vec<[u32; 4]> = places.flat_map(|place| film.layers[place].map(ExactSum::words)).collect();
+                self.runtime.overwrite(&band.layers, &sums)?;
+            }
+        }
+        self.runtime.overwrite(&self.state.rejected, &[0])?;
+        self.rejected_before = film.rejected;
+        self.passes = film.passes.clone();
+        Ok(())
     }
 
     /// The mean of all passes: beauty, and the layers if the settings ask for them. Black before the first pass.
     pub fn picture(&self) -> Result<Picture> {
-        let mut picture = Picture::new(self.settings.width, self.settings.height);
-        let scale = 1.0 / self.statistics.passes.max(1) as f64;
-        let pixels = self.settings.pixels() as usize;
-        let mut beauty = vec![0.0; 3 * pixels];
-        let mut layers: Vec<Vec<f32>> =
-            LAYERS.iter().map(|(_, channels)| vec![0.0; channels.count() * pixels]).collect();
-        for band in &self.state.bands {
-            let place = |index: usize| self.place(band.first_pixel + index as u32);
-            for (index, pixel) in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize).enumerate() {
-                let mean = |k: usize| ((f64::from(pixel[k]) + f64::from(pixel[k + 3])) * scale) as f32;
-                beauty[3 * place(index)..][..3].copy_from_slice(&[mean(0), mean(1), mean(2)]);
-            }
-            if self.settings.layers {
-                for (index, pixel) in self.runtime.download(&band.layers)?.chunks(LAYER_VECTORS as usize).enumerate() {
-                    set_layers(&mut layers, place(index), pixel, scale);
-                }
-            }
-        }
-        picture.push("", Channels::Rgb, beauty);
-        if self.settings.layers {
-            for ((name, channels), data) in LAYERS.into_iter().zip(layers) {
-                picture.push(name, channels, data);
-            }
-        }
-        Ok(picture)
+        Ok(self.film()?.picture())
     }
 
     /// Row-major index of the pixel with this index on the device.
@@ -272,17 +315,10 @@ impl Session {
         (y * self.settings.width + x) as usize
     }
 
-    /// Per pixel (row by row) and channel: sum and sum of squares of the passes, in double precision.
-    pub fn moments(&self) -> Result<Vec<[f64; 6]>> {
-        let mut moments = vec![[0.0; 6]; self.settings.pixels() as usize];
-        for band in &self.state.bands {
-            for (index, pixel) in self.runtime.download(&band.film)?.chunks(FILM_FLOATS as usize).enumerate() {
-                let pair = |k: usize| f64::from(pixel[k]) + f64::from(pixel[k + 3]);
-                let place = self.place(band.first_pixel + index as u32);
-                moments[place] = [pair(0), pair(1), pair(2), pair(6), pair(7), pair(8)];
-            }
-        }
-        Ok(moments)
+    /// Per pixel (row by row) and channel: sum, sum of squares, and sum of values times squared footprint scale, in double
+    /// precision.
+    pub fn moments(&self) -> Result<Vec<[f64; SUMS]>> {
+        Ok(self.film()?.moments())
     }
 }
 
@@ -303,40 +339,6 @@ fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
         return Ok(());
     }
     Err(Error::Usage(format!("a lens of radius {radius} focused at {focus}: both must be finite and positive")))
-}
-
-/// Layers in the order of the film's sums.
-const LAYERS: [(&str, Channels); 6] = [
-    ("albedo", Channels::Rgb),
-    ("normal", Channels::Vector),
-    ("depth", Channels::Scalar),
-    ("direct", Channels::Rgb),
-    ("indirect", Channels::Rgb),
-    ("caustic", Channels::Rgb),
-];
-
-/// One pixel's layer sums (high and low parts in turn) as means.
-fn set_layers(layers: &mut [Vec<f32>], place: usize, pixel: &[[f32; 4]], scale: f64) {
-    let sum = |layer: usize, k: usize| f64::from(pixel[2 * layer][k]) + f64::from(pixel[2 * layer + 1][k]);
-    for (layer, data) in layers.iter_mut().enumerate() {
-        match LAYERS[layer].1 {
-            Channels::Vector => {
-                let vector = [0, 1, 2].map(|k| sum(layer, k));
-                let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let unit = vector.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 });
-                data[3 * place..][..3].copy_from_slice(&unit);
-            }
-            Channels::Scalar => {
-                // The mean over the samples that met a surface; infinity where none did.
-                let covered = sum(layer, 1);
-                data[place] = if covered > 0.0 { (sum(layer, 0) / covered) as f32 } else { f32::INFINITY };
-            }
-            Channels::Rgb => {
-                let mean = [0, 1, 2].map(|k| (sum(layer, k) * scale) as f32);
-                data[3 * place..][..3].copy_from_slice(&mean);
-            }
-        }
-    }
 }
 
 /// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.

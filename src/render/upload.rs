@@ -50,6 +50,8 @@ pub struct DeviceScene {
     pub(super) most_deposits: u32,
     /// What kind of device it is.
     pub(super) lanes: Lanes,
+    /// Exponents of the powers of two that the film counts radiance and depth in.
+    pub(super) exponents: [i32; 2],
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -120,6 +122,7 @@ impl DeviceScene {
             loop_limit: memory.loop_limit(),
             most_deposits: memory.most_deposits(),
             lanes: memory.lanes(),
+            exponents: table.film_exponents(scene, f64::from(radius)),
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();

@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use nephroid::film::accumulate::Film;
 use nephroid::film::image::Picture;
 use nephroid::graph::Runtime;
 use nephroid::render::{Session, Settings, Statistics};
@@ -28,7 +29,9 @@ pub struct Shot {
     /// Counts, guards among them.
     pub statistics: Statistics,
     /// Sums and sums of squares per pixel.
-    pub moments: Vec<[f64; 6]>,
+    pub moments: Vec<[f64; 9]>,
+    /// The film itself.
+    pub film: Film,
     /// Triangles left out of the tree.
     pub skipped: u32,
     /// Lights that photons may start from.
@@ -64,6 +67,7 @@ impl Shot {
             picture: session.picture().expect("a picture"),
             statistics: session.statistics().expect("counts"),
             moments: session.moments().expect("sums"),
+            film: session.film().expect("the film"),
             skipped: session.device_scene().skipped_triangles,
             lights: session.device_scene().light_count,
         };

@@ -1,33 +1,55 @@
-// Adds a pass to the film: per pixel the sum over its path slots, as two-float sums of the value and of its square.
-// Values that are not finite count as zero and are tallied.
+// Adds a pass to the film: per pixel the sum over its path slots, as exact sums (lib/exact_sum.glsl) of the value, of its
+// square, and of the value times the squared footprint scale of the pass, from which the bias is estimated.
+// Values that are not finite count as zero and those beyond the range are cut; both are tallied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
 #include "lib/header.glsl"
-#include "lib/two_float.glsl"
+#include "lib/exact_sum.glsl"
 #include "shared/scene.glsl"
 
 layout(constant_id = 20) const bool AOV = false;
 
+layout(push_constant, scalar) uniform Params {
+    float unit;       // power of two that brings radiance to the range of exact sums
+    float depth_unit; // the same for depths
+} params;
+
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
+layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer Radiance { vec4 radiance[]; };  // per slot: emitted and direct
 layout(set = 0, binding = 17, scalar) readonly buffer Gathered { vec4 gathered[]; };  // per slot: caustic, then other
 layout(set = 0, binding = 18, scalar) readonly buffer AovFirst { float aov_first[]; };
-layout(set = 0, binding = 19, scalar) buffer Film { float film[]; };                  // 12 floats per pixel
-layout(set = 0, binding = 20, scalar) buffer FilmLayers { vec4 film_layers[]; };      // with AOV: layer sums
+layout(set = 0, binding = 19, scalar) buffer Film { uvec4 film[]; };                  // 9 sums per pixel
+layout(set = 0, binding = 20, scalar) buffer FilmLayers { uvec4 film_layers[]; };     // with AOV: 17 sums per pixel
 layout(set = 0, binding = 21, scalar) buffer Rejected { uint rejected[]; };
 layout(set = 0, binding = 22, scalar) readonly buffer Overflow { uint overflow[]; };
 
-void add_layer(uint at, vec3 value) {
-    // Layers carry their own two-float sums: high parts, then low parts.
-    vec4 high = film_layers[at], low = film_layers[at + 1u];
-    two_float_add(high.x, low.x, value.x);
-    two_float_add(high.y, low.y, value.y);
-    two_float_add(high.z, low.z, value.z);
-    film_layers[at] = high;
-    film_layers[at + 1u] = low;
+void add_to_film(uint at, float x) {
+    uvec4 sum = film[at];
+    exact_add(sum, x);
+    film[at] = sum;
 }
 
+void add_to_layer(uint at, float x) {
+    uvec4 sum = film_layers[at];
+    exact_add(sum, clamp(x, -EXACT_LARGEST, EXACT_LARGEST));
+    film_layers[at] = sum;
+}
+
+void add_layers(uint pixel, vec3 direct, vec3 other, vec3 caustic) {
+    uint first = 7u * pixel, layer = 17u * pixel;
+    [[dont_unroll]] for (uint i = 0u; i < 6u; ++i) add_to_layer(layer + i, aov_first[first + i]);
+    float depth = aov_first[first + 6u];
+    bool seen = !isinf(depth);
+    add_to_layer(layer + 6u, seen ? depth * params.depth_unit : 0.0);
+    add_to_layer(layer + 7u, seen ? 1.0 : 0.0);
+    [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
+        add_to_layer(layer + 8u + i, direct[i] * params.unit);
+        add_to_layer(layer + 11u + i, other[i] * params.unit);
+        add_to_layer(layer + 14u + i, caustic[i] * params.unit);
+    }
+}
 
 void main() {
     uint pixel = linear_id();
@@ -49,26 +71,18 @@ void main() {
         caustic = vec3(0.0);
         other = vec3(0.0);
     }
-    uint at = 12u * pixel;
-    for (uint i = 0u; i < 3u; ++i) {
-        float high = film[at + i], low = film[at + 3u + i];
-        two_float_add(high, low, value[i]);
-        film[at + i] = high;
-        film[at + 3u + i] = low;
-        high = film[at + 6u + i];
-        low = film[at + 9u + i];
-        two_float_add(high, low, value[i] * value[i]);
-        film[at + 6u + i] = high;
-        film[at + 9u + i] = low;
+    value *= params.unit;
+    if (any(greaterThan(abs(value), vec3(EXACT_LARGEST)))) {
+        atomicAdd(rejected[0], 1u);
+        value = clamp(value, vec3(-EXACT_LARGEST), vec3(EXACT_LARGEST));
     }
-    if (!AOV) return;
-    uint first = 7u * pixel, layer = 12u * pixel;
-    add_layer(layer, vec3(aov_first[first], aov_first[first + 1u], aov_first[first + 2u]));
-    add_layer(layer + 2u, vec3(aov_first[first + 3u], aov_first[first + 4u], aov_first[first + 5u]));
-    float depth = aov_first[first + 6u];
-    bool seen = !isinf(depth);
-    add_layer(layer + 4u, vec3(seen ? depth : 0.0, seen ? 1.0 : 0.0, 0.0));
-    add_layer(layer + 6u, direct);
-    add_layer(layer + 8u, other);
-    add_layer(layer + 10u, caustic);
+    float squared_scale = pass[0].radius_scale * pass[0].radius_scale;
+    uint at = 9u * pixel;
+    [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
+        float x = value[i];
+        add_to_film(at + i, x);
+        add_to_film(at + 3u + i, min(x * x, EXACT_LARGEST));
+        add_to_film(at + 6u + i, x * squared_scale);
+    }
+    if (AOV) add_layers(pixel, direct, other, caustic);
 }
