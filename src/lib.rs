@@ -10,4 +10,5 @@ pub mod graph;
 pub mod kernels;
 pub mod render;
 pub mod scene;
+pub mod study;
 pub mod vk;

@@ -100,12 +100,8 @@ fn the_kernel_adds_exactly() {
                 layers: g.import(layers.memory()),
                 rejected: g.import(rejected.memory()),
             };
-            let result = PassResult {
-                radiance: &radiance,
-                gathered: &gathered,
-                aov_first: &aov_first,
-                overflow: &overflow,
-            };
+            let result =
+                PassResult { radiance: &radiance, gathered: &gathered, aov_first: &aov_first, overflow: &overflow };
             let adding = Adding { pixels: PIXELS, aov: true, exponents: EXPONENTS };
             film::add(g, (&camera, &pass), adding, result, &mut buffers);
             g.keep(&buffers.film);

@@ -182,9 +182,7 @@ impl Film {
             let data = match (name, channels) {
                 (_, Channels::Vector) => pixels.flat_map(direction).collect(),
                 (_, Channels::Scalar) => pixels.map(|sums| depth(sums, depth_unit)).collect(),
-                ("albedo", _) => {
-                    pixels.flat_map(|sums| [0, 1, 2].map(|k| (sums[k].to_f64() * scale) as f32)).collect()
-                }
+                ("albedo", _) => pixels.flat_map(|sums| [0, 1, 2].map(|k| (sums[k].to_f64() * scale) as f32)).collect(),
                 _ => pixels.flat_map(mean).collect(),
             };
             picture.push(name, channels, data);

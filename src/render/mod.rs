@@ -25,5 +25,5 @@ pub use leaf_size::{automatic as automatic_leaf, coverage};
 pub use outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use sampling::{Sampling, Scale};
 pub use session::{Session, Statistics};
-pub use settings::{Lens, PhotonBuild, Record, Settings};
+pub use settings::{Lens, Method, PhotonBuild, Record, Settings};
 pub use upload::DeviceScene;

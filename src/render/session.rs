@@ -9,7 +9,7 @@ use super::leaf_size;
 use super::memory::Memory;
 use super::pixels;
 use super::recording::Recording;
-use super::settings::{Lens, Settings};
+use super::settings::{Lens, Method, Settings};
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
@@ -79,6 +79,9 @@ impl Session {
                 scene.path.display(),
                 scene.cameras.len()
             )));
+        }
+        if settings.method != Method::Photons {
+            return Err(Error::Usage(format!("method {:?} is not built yet", settings.method)));
         }
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;

@@ -44,6 +44,8 @@ pub struct Settings {
     pub lens: Option<Lens>,
     /// Seed of all random numbers.
     pub seed: u32,
+    /// How light is transported.
+    pub method: Method,
     /// Photons emitted per pass over both classes; `None` chooses by the image size.
     pub photons: Option<u32>,
     /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
@@ -93,6 +95,19 @@ pub struct Settings {
     pub read_photons: bool,
 }
 
+/// Methods of light transport. The last two are references for the first: unbiased in what they see, and slow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Photon mapping.
+    #[default]
+    Photons,
+    /// Paths from the eye with next-event estimation and multiple importance sampling: cannot see caustics of lights without
+    /// extent, and those of small ones hardly.
+    Path,
+    /// Paths from the lights, connected to the camera: cannot see what mirrors and glass show.
+    Light,
+}
+
 /// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order of
 /// summation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -112,6 +127,7 @@ impl Default for Settings {
             camera: 0,
             lens: None,
             seed: 0,
+            method: Method::default(),
             photons: None,
             estimator: None,
             knn_photons: 64,

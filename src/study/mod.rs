@@ -1,0 +1,3 @@
+//! Error against run time: renders of many scenes, methods, settings, budgets and seeds, their true errors, and the report.
+
+pub mod record;
