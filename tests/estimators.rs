@@ -13,7 +13,7 @@ use nephroid::scene::{self, Limits, Scene};
 /// Largest difference of a pixel between estimators, relative to the larger of its value and a thousandth of the mean.
 fn difference(a: &Shot, b: &Shot) -> f64 {
     let mean = b.moments.iter().map(|m| m[1]).sum::<f64>() / b.moments.len() as f64;
-    let pixel = |(a, b): (&[f64; 6], &[f64; 6])| {
+    let pixel = |(a, b): (&[f64; 9], &[f64; 9])| {
         (0..3).map(|k| (a[k] - b[k]).abs() / b[k].abs().max(1e-3 * mean)).fold(0.0, f64::max)
     };
     a.moments.iter().zip(&b.moments).map(pixel).fold(0.0, f64::max)
