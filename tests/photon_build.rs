@@ -32,8 +32,8 @@ fn rendered(runtime: &Runtime, scene: &Scene, settings: Settings) -> Session {
 }
 
 /// Largest difference of a pixel's sums relative to the pixel.
-fn difference(a: &[[f64; 6]], b: &[[f64; 6]]) -> f64 {
-    let pixel = |(a, b): (&[f64; 6], &[f64; 6])| {
+fn difference(a: &[[f64; 9]], b: &[[f64; 9]]) -> f64 {
+    let pixel = |(a, b): (&[f64; 9], &[f64; 9])| {
         let size = a[..3].iter().fold(1e-12f64, |most, x| most.max(x.abs()));
         (0..3).map(|k| (a[k] - b[k]).abs() / size).fold(0.0, f64::max)
     };
