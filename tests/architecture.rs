@@ -12,6 +12,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("scene", &["error"]),
     ("film", &["error"]),
     ("draw_state", &[]),
+    ("fit", &[]),
+    ("plot", &[]),
     ("vk", &["draw_state", "error"]),
     ("graph::draw", &["draw_state"]),
     ("graph::declare", &["graph::draw"]),
@@ -24,9 +26,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::execute_raster", &["graph::declare", "graph::draw", "graph::execute", "graph::plan", "vk", "error"]),
     ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
-    ("bench", &["draw_state", "render", "kernels", "graph", "scene", "vk", "error"]),
-    ("study", &["render", "scene", "film", "error"]),
-    ("cli", &["bench", "study", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
+    ("bench", &["draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
+    ("study", &["fit", "plot", "render", "scene", "film", "error"]),
+    ("cli", &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
     ("viewer", &["render", "scene", "film", "vk", "error"]),
 ];
 

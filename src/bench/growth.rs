@@ -1,9 +1,9 @@
 //! How the time of each estimator grows with photons and with pixels.
 
 use super::estimators::{Raced, Trial, race};
-use super::fit::{Fit, fit};
-use super::plot::{Axis, Plot, Series};
+use crate::fit::{Fit, fit};
 use crate::graph::Runtime;
+use crate::plot::{Axis, Plot, Series};
 use crate::render::Estimator;
 use crate::scene::Scene;
 use crate::vk::DeviceKind;
@@ -163,7 +163,7 @@ impl Growth {
         let series = |curve: &Curve| {
             let exponent = curve.fit(part).map_or(String::new(), |fit| format!(": n^{:.2}", fit.exponent));
             let points = curve.points(part).into_iter().map(|(x, seconds)| (x, 1e3 * seconds)).collect();
-            Series { name: format!("{}{exponent}", curve.estimator.name()), points }
+            Series::new(format!("{}{exponent}", curve.estimator.name()), points)
         };
         Plot {
             title: format!("{}: {what}, {rest}", self.name),

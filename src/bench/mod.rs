@@ -6,11 +6,9 @@
 
 mod blobs;
 pub mod estimators;
-pub mod fit;
 pub mod growth;
 mod host_sort;
 mod photon_map;
-pub mod plot;
 mod primitives;
 mod rays;
 mod scene;

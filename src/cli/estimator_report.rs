@@ -6,8 +6,8 @@ use super::bench::Machine;
 use super::progress::si;
 use super::values::bytes;
 use crate::bench::estimators::{Cell, Raced, SceneTable, Trial};
-use crate::bench::fit::Fit;
 use crate::bench::growth::{Curve, Growth, Part, Step, Variable};
+use crate::fit::Fit;
 
 /// Estimators side by side.
 pub(super) struct TableReport {
