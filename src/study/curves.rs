@@ -1,0 +1,287 @@
+//! Records put in order: scenes, variants, budgets, and the curves of each seed.
+
+use std::collections::BTreeMap;
+
+use super::record::{Budget, Peer, Record, Results, TrueError};
+use super::statistics::{Spread, read, spread};
+
+/// Which error is plotted and compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// relMSE without the worst 0.1 % of the pixels.
+    Trimmed,
+    /// relMSE.
+    Plain,
+}
+
+impl Measure {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Trimmed, Self::Plain];
+
+    /// Label of an axis.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Trimmed => "relMSE without the worst 0.1 % of the pixels",
+            Self::Plain => "relMSE of all pixels",
+        }
+    }
+
+    /// Part of a file name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Trimmed => "trimmed",
+            Self::Plain => "plain",
+        }
+    }
+
+    /// The error of ours.
+    pub fn of(self, error: &TrueError) -> f64 {
+        match self {
+            Self::Trimmed => error.relmse_trimmed,
+            Self::Plain => error.relmse,
+        }
+    }
+
+    /// The error of another renderer.
+    pub fn of_peer(self, peer: &Peer) -> f64 {
+        match self {
+            Self::Trimmed => peer.relmse_trimmed,
+            Self::Plain => peer.relmse,
+        }
+    }
+}
+
+/// What an error is plotted against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cost {
+    /// Rendering time.
+    Seconds,
+    /// Photons emitted.
+    Photons,
+}
+
+impl Cost {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Seconds, Self::Photons];
+
+    /// Label of an axis.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Seconds => "rendering time [s]",
+            Self::Photons => "photons emitted",
+        }
+    }
+
+    /// Part of a file name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::Photons => "photons",
+        }
+    }
+
+    /// The cost of a point.
+    pub fn of(self, record: &Record) -> f64 {
+        match self {
+            Self::Seconds => record.seconds,
+            Self::Photons => record.photons as f64,
+        }
+    }
+}
+
+/// All seeds at one budget.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Cost.
+    pub x: Spread,
+    /// Error.
+    pub y: Spread,
+}
+
+/// An error at a time, over seeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtTime {
+    /// Errors of the seeds.
+    pub error: Spread,
+    /// False where the nearest point stood in for some seed.
+    pub inside: bool,
+}
+
+/// The records of one variant on one scene.
+#[derive(Debug, Clone)]
+pub struct Cell<'a> {
+    /// By seed, in the order of their seconds.
+    runs: BTreeMap<u64, Vec<&'a Record>>,
+}
+
+impl<'a> Cell<'a> {
+    /// Those of `results`.
+    pub fn of(results: &'a Results, scene: &str, variant: &str) -> Self {
+        let mut runs: BTreeMap<u64, Vec<&Record>> = BTreeMap::new();
+        for record in results.records.iter().filter(|r| r.scene == scene && r.variant == variant) {
+            runs.entry(record.seed).or_default().push(record);
+        }
+        for run in runs.values_mut() {
+            run.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        }
+        Self { runs }
+    }
+
+    /// All records, seed by seed.
+    pub fn records(&self) -> impl Iterator<Item = &'a Record> + '_ {
+        self.runs.values().flatten().copied()
+    }
+
+    /// The records at a budget.
+    pub fn at(&self, budget: Budget) -> impl Iterator<Item = &'a Record> + '_ {
+        self.records().filter(move |r| r.budget == budget)
+    }
+
+    /// The last record of each seed that got furthest: those at the greatest number of seconds that any has.
+    pub fn last(&self) -> Vec<&'a Record> {
+        let furthest = self.records().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        furthest.map(|last| self.at(last.budget).collect()).unwrap_or_default()
+    }
+
+    /// (cost, error) by seed.
+    pub fn runs(&self, cost: Cost, measure: Measure) -> Vec<Vec<(f64, f64)>> {
+        let point = |r: &&Record| (cost.of(r), measure.of(&r.error));
+        self.runs.values().map(|run| run.iter().map(point).collect()).collect()
+    }
+
+    /// Medians and bands by budget, in the order of the cost.
+    pub fn points(&self, cost: Cost, measure: Measure) -> Vec<Point> {
+        let budgets = sorted(self.records().map(|r| r.budget));
+        let mut points: Vec<Point> = budgets
+            .into_iter()
+            .filter_map(|budget| {
+                let x = spread(self.at(budget).map(|r| cost.of(r)))?;
+                Some(Point { x, y: spread(self.at(budget).map(|r| measure.of(&r.error)))? })
+            })
+            .collect();
+        points.sort_by(|a, b| a.x.median.total_cmp(&b.x.median));
+        points
+    }
+
+    /// The medians of [`Self::points`].
+    pub fn medians(&self, cost: Cost, measure: Measure) -> Vec<(f64, f64)> {
+        self.points(cost, measure).iter().map(|p| (p.x.median, p.y.median)).collect()
+    }
+
+    /// The error at a time: each seed's curve is read there; `None` unless more than half of the seeds reach it.
+    pub fn at_time(&self, seconds: f64, measure: Measure) -> Option<AtTime> {
+        let runs = self.runs(Cost::Seconds, measure);
+        let readings: Vec<_> = runs.iter().filter_map(|run| read(run, seconds)).collect();
+        let inside = readings.iter().all(|r| r.inside);
+        let error = spread(readings.into_iter().map(|r| r.y))?;
+        (2 * error.count > runs.len()).then_some(AtTime { error, inside })
+    }
+
+    /// The median error when a budget is used up: at equal time, or at equal passes.
+    pub fn at_budget(&self, budget: Budget, measure: Measure) -> Option<f64> {
+        match budget {
+            Budget::Seconds(seconds) => self.at_time(seconds, measure).map(|at| at.error.median),
+            Budget::Passes(_) => spread(self.at(budget).map(|r| measure.of(&r.error))).map(|s| s.median),
+        }
+    }
+
+    /// The same with one seed only.
+    pub fn seed(&self, seed: u64) -> Self {
+        Self { runs: self.runs.get(&seed).map(|run| (seed, run.clone())).into_iter().collect() }
+    }
+}
+
+/// Each name once, in the order of appearance.
+fn once<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for name in names {
+        if !found.contains(name) {
+            found.push(name.clone());
+        }
+    }
+    found
+}
+
+/// The scenes of a study that have points.
+pub fn measured_scenes(results: &Results) -> Vec<String> {
+    once(results.records.iter().map(|r| &r.scene))
+}
+
+/// All scenes of a study, also those with decompositions only.
+pub fn scenes(results: &Results) -> Vec<String> {
+    once(results.records.iter().map(|r| &r.scene).chain(results.decompositions.iter().map(|d| &d.scene)))
+}
+
+/// All variants of a study.
+pub fn variants(results: &Results) -> Vec<String> {
+    once(results.records.iter().map(|r| &r.variant).chain(results.decompositions.iter().map(|d| &d.variant)))
+}
+
+/// Other renderers, by name.
+pub fn peers(results: &Results) -> Vec<String> {
+    let mut names = once(results.peers.iter().map(|p| &p.name));
+    names.sort();
+    names
+}
+
+/// (seconds, error) of another renderer on a scene, in the order of the seconds.
+pub fn peer_curve(results: &Results, scene: &str, name: &str, measure: Measure) -> Vec<(f64, f64)> {
+    let runs = results.peers.iter().filter(|p| p.scene == scene && p.name == name);
+    let mut points: Vec<_> = runs.map(|p| (p.seconds, measure.of_peer(p))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
+}
+
+/// All budgets: seconds before passes, the least first.
+pub fn budgets(results: &Results) -> Vec<Budget> {
+    sorted(results.records.iter().map(|r| r.budget))
+}
+
+/// All seeds.
+pub fn seeds(results: &Results) -> Vec<u64> {
+    let mut seeds: Vec<u64> = results.records.iter().map(|r| r.seed).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    seeds
+}
+
+fn sorted(budgets: impl Iterator<Item = Budget>) -> Vec<Budget> {
+    let key = |budget: &Budget| match *budget {
+        Budget::Seconds(s) => (0, s, 0),
+        Budget::Passes(p) => (1, 0.0, p),
+    };
+    let mut budgets: Vec<Budget> = budgets.collect();
+    budgets.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
+    });
+    budgets.dedup();
+    budgets
+}
+
+/// The times at which a scene's errors are compared: the budgets in seconds, or without any 1, 3, 10, 30 ... as far as its
+/// records reach.
+pub fn times(results: &Results, scene: &str) -> Vec<f64> {
+    let mine = || results.records.iter().filter(|r| r.scene == scene);
+    let given = sorted(mine().map(|r| r.budget));
+    let given: Vec<f64> = given
+        .iter()
+        .filter_map(|b| match b {
+            Budget::Seconds(s) => Some(*s),
+            Budget::Passes(_) => None,
+        })
+        .collect();
+    if given.is_empty() { steps(mine().map(|r| r.seconds)) } else { given }
+}
+
+/// 1, 3, 10, 30 ... between the least and the greatest of some values (what has no logarithm is left out).
+pub fn steps(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let logs = values.filter(|v| *v > 0.0 && v.is_finite()).map(f64::log10);
+    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if !low.is_finite() {
+        return Vec::new();
+    }
+    let decades = low.floor() as i32..=high.floor() as i32;
+    let all = decades.flat_map(|d| [format!("1e{d}"), format!("3e{d}")]);
+    all.filter_map(|text| text.parse::<f64>().ok()).filter(|v| *v > 0.0 && (low..=high).contains(&v.log10())).collect()
+}
