@@ -66,7 +66,7 @@ pub struct Slope {
 /// Slope of log y over log x through the points of each run (one run per seed), by least squares. Points without a logarithm
 /// are left out, and runs of fewer than two different x. `None` if no run is left.
 pub fn slope(runs: &[Vec<(f64, f64)>]) -> Option<Slope> {
-    let fits: Vec<_> = runs.iter().filter_map(|points| fit(points)).collect();
+    let fits: Vec<_> = runs.iter().filter_map(|points| fit(points)).filter(|f| f.exponent.is_finite()).collect();
     let n = fits.len();
     let value = fits.iter().map(|f| f.exponent).sum::<f64>() / n as f64;
     match &fits[..] {

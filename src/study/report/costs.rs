@@ -68,9 +68,9 @@ pub(super) fn time_split(results: &Results, scene: &str) -> Table {
     for (name, records) in &rows {
         let seconds: Vec<f64> = parts.iter().map(|part| part_seconds(records, part)).collect();
         let sum: f64 = seconds.iter().sum();
-        let cells = seconds.iter().map(|s| {
-            let percent = if sum > 0.0 { 100.0 * s / sum } else { 0.0 };
-            format!("{} ({percent:.0})", figures(*s))
+        let cells = seconds.iter().map(|s| match 100.0 * s / sum {
+            percent if percent.is_finite() => format!("{} ({percent:.0})", figures(*s)),
+            _ => figures(*s),
         });
         table.rows.push(std::iter::once(name.clone()).chain(cells).map(Td::from).collect());
     }

@@ -113,14 +113,16 @@ pub(super) fn figures(value: f64) -> String {
     if value.is_infinite() {
         return if value > 0.0 { "\u{221e}".into() } else { "-\u{221e}".into() };
     }
-    let size = value.abs();
+    let rounded = format!("{value:.2e}");
+    // The size of what will stand there: 9.999 is written as 10.0.
+    let size = rounded.parse::<f64>().unwrap_or(value).abs();
     if value == 0.0 {
         "0".into()
     } else if (1e-3..1e5).contains(&size) {
         let digits = (2 - size.log10().floor() as i32).max(0) as usize;
         format!("{value:.digits$}")
     } else {
-        format!("{value:.2e}")
+        rounded
     }
 }
 
@@ -131,6 +133,9 @@ pub(super) fn figures_or_dash(value: Option<f64>) -> String {
 
 /// A budget, a time or an error as the head of a column: no more digits than it has.
 pub(super) fn plain(value: f64) -> String {
+    if !value.is_finite() {
+        return figures(value);
+    }
     if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value}") }
 }
 
@@ -143,6 +148,8 @@ mod tests {
         let all = [0.0, 1.0, 0.012345, 123.4, 99999.0, 1e5, 9.87654e-4, -2.0, f64::NAN, f64::INFINITY].map(figures);
         let expected = ["0", "1.00", "0.0123", "123", "99999", "1.00e5", "9.88e-4", "-2.00", "-", "\u{221e}"];
         assert_eq!(all, expected);
+        assert_eq!([9.9999, 0.9996, 9.996e-4, 99999.9].map(figures), ["10.0", "1.00", "0.00100", "1.00e5"]);
+        assert_eq!([plain(f64::NAN), plain(f64::INFINITY)], ["-", "\u{221e}"]);
         assert_eq!([plain(0.5), plain(1e-5), plain(30.0), plain(1e9)], ["0.5", "1e-5", "30", "1e9"]);
     }
 
