@@ -121,6 +121,9 @@ pub(super) fn effort(results: &Results, scene: &str) -> Table {
     table
 }
 
+/// A true error of a point.
+type Truth = fn(&Record) -> f64;
+
 /// The renderer's own estimate over the true error, where it has one.
 pub(super) fn estimated(results: &Results, scene: &str) -> Table {
     let budgets = budgets(results);
@@ -128,7 +131,7 @@ pub(super) fn estimated(results: &Results, scene: &str) -> Table {
     let caption =
         "Estimated error over true error (root of relMSE): median (10 % to 90 % of the seeds); above 1 is cautious";
     let mut table = Table::new(caption, head);
-    let truths: [(&str, fn(&Record) -> f64); 2] =
+    let truths: [(&str, Truth); 2] =
         [("all pixels", |r| r.error.relmse.sqrt()), ("trimmed", |r| r.error.relmse_trimmed.sqrt())];
     for variant in variants(results) {
         let cell = Cell::of(results, scene, &variant);

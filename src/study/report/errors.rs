@@ -1,5 +1,7 @@
 //! Tables of errors: at equal time, at equal error, slopes, bias and variance, regret.
 
+use std::collections::BTreeMap;
+
 use super::table::{Table, Td, figures, figures_or_dash, plain};
 use crate::study::curves::{Cell, Cost, Measure, measured_scenes, peer_curve, peers, seeds, steps, times, variants};
 use crate::study::record::{Budget, Results};
@@ -87,21 +89,21 @@ pub(super) fn equal_error(results: &Results, scene: &str) -> Table {
     table
 }
 
-/// One cell of the table at equal error. A curve that starts below the error bounds its time from above only.
+/// One cell of the table at equal error. A curve that starts below the error bounds its time, and so the least, from above only.
 fn seconds_to(column: &[Reached], row: usize) -> Td {
     let bound = |reached: &Reached| match reached {
         Reached::Before(x) | Reached::At(x) => *x,
         Reached::Never => f64::INFINITY,
     };
     let best = column.iter().map(bound).fold(f64::INFINITY, f64::min);
-    let sure = column.iter().any(|r| *r == Reached::At(best));
+    let sure = !column.iter().any(|r| matches!(r, Reached::Before(_)));
     let x = bound(&column[row]);
     let times = figures_or_dash(ratio(x, best));
     match column[row] {
         Reached::Never => "-".into(),
         Reached::At(_) if sure => Td { text: format!("{} ({times})", figures(x)), strong: x == best },
         Reached::At(_) => format!("{} (\u{2265} {times})", figures(x)).into(),
-        Reached::Before(_) => Td { text: format!("\u{2264} {}", figures(x)), strong: x == best },
+        Reached::Before(_) => format!("\u{2264} {}", figures(x)).into(),
     }
 }
 
@@ -177,13 +179,18 @@ pub(super) fn budget_text(budget: Budget) -> String {
 pub(super) fn regret(results: &Results, budget: Budget) -> (Regret, [usize; 2]) {
     let (variants, scenes) = (variants(results), measured_scenes(results));
     let measure = Measure::Trimmed;
-    let all =
-        Regret::new(&variants, &scenes, |variant, scene| Cell::of(results, scene, variant).at_budget(budget, measure));
+    let mut cells = BTreeMap::new();
+    for scene in &scenes {
+        for variant in &variants {
+            cells.insert((variant.as_str(), scene.as_str()), Cell::of(results, scene, variant));
+        }
+    }
+    let error = |variant: &str, scene: &str| cells[&(variant, scene)].at_budget(budget, measure);
+    let all = Regret::new(&variants, &scenes, error);
     let mut agreement = [0, 0];
     for seed in seeds(results) {
-        let alone = Regret::new(&variants, &scenes, |variant, scene| {
-            Cell::of(results, scene, variant).seed(seed).at_budget(budget, measure)
-        });
+        let error = |variant: &str, scene: &str| cells[&(variant, scene)].seed(seed).at_budget(budget, measure);
+        let alone = Regret::new(&variants, &scenes, error);
         agreement[0] += usize::from(alone.best.is_some() && alone.chosen() == all.chosen());
         agreement[1] += usize::from(alone.best.is_some());
     }
@@ -197,7 +204,8 @@ pub(super) fn regret_table(results: &Results, budget: Budget) -> Table {
         Some(name) => format!("best compromise {name}, the choice of {same} of {seeds} seeds alone"),
         None => "no variant was measured on every scene".into(),
     };
-    let caption = format!("After {}: loss against the best variant of each scene; {choice}", budget_text(budget));
+    let caption =
+        format!("After {}: trimmed relMSE over that of the best variant of each scene; {choice}", budget_text(budget));
     let head = ["", "geometric mean", "worst"].map(str::to_owned);
     let mut table = Table::new(caption, head.into_iter().chain(regret.scenes.iter().cloned()));
     for (index, row) in regret.rows.iter().enumerate().filter(|(_, row)| row.losses.iter().any(Option::is_some)) {

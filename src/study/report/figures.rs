@@ -124,6 +124,12 @@ fn decompositions(results: &Results, scene: &str, parts: &[&Decomposition]) -> V
 /// A name with the parts along x.
 type Line<'a> = (String, Vec<(f64, &'a Decomposition)>);
 
+/// Bias or variance.
+type Part = fn(&Decomposition) -> f64;
+
+/// Settings by name, and passes.
+type Group<'a> = (BTreeMap<&'a str, &'a str>, u64);
+
 fn number(text: &str) -> Option<f64> {
     text.split_whitespace().next()?.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0)
 }
@@ -144,7 +150,7 @@ fn radius_key(parts: &[&Decomposition]) -> Option<String> {
 
 /// Lines of those that differ in the radius only.
 fn by_radius<'a>(parts: &[&'a Decomposition], key: &str) -> Vec<Line<'a>> {
-    let mut groups: BTreeMap<(BTreeMap<&str, &str>, u64), Vec<(f64, &Decomposition)>> = BTreeMap::new();
+    let mut groups: BTreeMap<Group, Vec<(f64, &Decomposition)>> = BTreeMap::new();
     for part in parts {
         let Some(radius) = part.settings.get(key).and_then(|text| number(text)) else { continue };
         let others = part.settings.iter().filter(|(k, _)| *k != key).map(|(k, v)| (k.as_str(), v.as_str()));
@@ -162,11 +168,11 @@ fn parts_plot(scene: &str, x: Axis, lines: Vec<Line>) -> Plot {
     let mut series = Vec::new();
     for (look, (name, mut line)) in lines.into_iter().enumerate() {
         line.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let of: [(&str, bool, fn(&Decomposition) -> f64); 2] =
+        let of: [(&str, bool, Part); 2] =
             [("bias\u{b2}", false, |d| d.bias_squared), ("variance", true, |d| d.variance)];
         for (part, dashed, value) in of.into_iter().filter(|_| !line.is_empty()) {
             let points: Vec<(f64, f64)> = line.iter().map(|(x, d)| (*x, value(d))).collect();
-            let note = slope(&[points.clone()]).map(|s| format!("slope {}", slope_text(&s)));
+            let note = slope(std::slice::from_ref(&points)).map(|s| format!("slope {}", slope_text(&s)));
             let named = Series::new(format!("{part}: {name}"), points);
             series.push(Series { note, look: Some(look), dashed, ..named });
         }

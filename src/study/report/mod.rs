@@ -25,7 +25,7 @@ a{color:inherit}figure{margin:1rem 0;display:inline-block;max-width:100%}svg{max
 caption{text-align:left;font-weight:bold;padding:.3rem 0}
 th,td{border-bottom:1px solid var(--line);padding:.2rem .7rem;text-align:right;vertical-align:top}
 th[scope=row],thead th:first-child{text-align:left;font-weight:normal}thead th{background:var(--soft)}
-.prose td{text-align:left}strong{text-decoration:underline}dt{font-weight:bold}
+.prose td,.prose thead th{text-align:left}strong{text-decoration:underline}dt{font-weight:bold}
 ";
 
 /// How to read the page.
@@ -57,7 +57,7 @@ const HOW_TO_READ: [(&str, &str); 7] = [
     (
         "Equal error",
         "The first time at which the median curve comes down to the error. \u{2264}: at the first measured point \
-         already. A dash: never.",
+         already, so that the least time is not known, and ratios to it are from below (\u{2265}). A dash: never.",
     ),
     (
         "Bias and variance",

@@ -145,8 +145,8 @@ mod tests {
 
     #[test]
     fn numbers_have_three_digits() {
-        let all = [0.0, 1.0, 0.012345, 123.4, 99999.0, 1e5, 9.87654e-4, -2.0, f64::NAN, f64::INFINITY].map(figures);
-        let expected = ["0", "1.00", "0.0123", "123", "99999", "1.00e5", "9.88e-4", "-2.00", "-", "\u{221e}"];
+        let all = [0.0, 1.0, 0.012345, 123.4, 98765.0, 1e5, 9.87654e-4, -2.0, f64::NAN, f64::INFINITY].map(figures);
+        let expected = ["0", "1.00", "0.0123", "123", "98765", "1.00e5", "9.88e-4", "-2.00", "-", "\u{221e}"];
         assert_eq!(all, expected);
         assert_eq!([9.9999, 0.9996, 9.996e-4, 99999.9].map(figures), ["10.0", "1.00", "0.00100", "1.00e5"]);
         assert_eq!([plain(f64::NAN), plain(f64::INFINITY)], ["-", "\u{221e}"]);
