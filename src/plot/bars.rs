@@ -130,11 +130,12 @@ mod tests {
         }
     }
 
-    fn widths(svg: &str) -> Vec<f64> {
+    /// An attribute of all parts.
+    fn of_parts(svg: &str, attribute: &str) -> Vec<f64> {
         let rects = svg.lines().filter(|line| line.contains("class=\"part\""));
         rects
             .map(|line| {
-                let rest = line.split_once(" width=\"").expect("a width").1;
+                let rest = line.split_once(&format!(" {attribute}=\"")).expect("the attribute").1;
                 rest.split_once('"').expect("its end").0.parse().expect("a number")
             })
             .collect()
@@ -143,7 +144,8 @@ mod tests {
     #[test]
     fn parts_are_as_long_as_their_values() {
         let svg = bars(&[&[1.0, 3.0], &[2.0, 0.0]]).svg();
-        let widths = widths(&svg);
+        let (from, widths) = (of_parts(&svg, "x"), of_parts(&svg, "width"));
+        assert!((from[1] - from[0] - widths[0]).abs() < 0.03 && from[2] == from[0], "end to end: {from:?}");
         assert_eq!(widths.len(), 3);
         assert!((widths[1] - 3.0 * widths[0]).abs() < 0.03 && (widths[2] - 2.0 * widths[0]).abs() < 0.03, "{widths:?}");
         check(&svg).expect("an SVG");

@@ -110,7 +110,7 @@ pub struct AtTime {
 /// The records of one variant on one scene.
 #[derive(Debug, Clone)]
 pub struct Cell<'a> {
-    /// By seed, in the order of their seconds.
+    /// By seed.
     runs: BTreeMap<u64, Vec<&'a Record>>,
 }
 
@@ -120,9 +120,6 @@ impl<'a> Cell<'a> {
         let mut runs: BTreeMap<u64, Vec<&Record>> = BTreeMap::new();
         for record in results.records.iter().filter(|r| r.scene == scene && r.variant == variant) {
             runs.entry(record.seed).or_default().push(record);
-        }
-        for run in runs.values_mut() {
-            run.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
         }
         Self { runs }
     }
@@ -284,4 +281,91 @@ pub fn steps(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let decades = low.floor() as i32..=high.floor() as i32;
     let all = decades.flat_map(|d| [format!("1e{d}"), format!("3e{d}")]);
     all.filter_map(|text| text.parse::<f64>().ok()).filter(|v| *v > 0.0 && (low..=high).contains(&v.log10())).collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A point with a trimmed relMSE, the same at all else that does not matter.
+    pub(in crate::study) fn record(scene: &str, variant: &str, seed: u64, seconds: f64, relmse: f64) -> Record {
+        Record {
+            scene: scene.into(),
+            variant: variant.into(),
+            settings: [("method".to_owned(), variant.to_owned())].into(),
+            seed,
+            budget: Budget::Seconds(seconds),
+            passes: (8.0 * seconds) as u64,
+            photons: (1e5 * seconds) as u64,
+            seconds,
+            error: TrueError {
+                mse: 0.1 * relmse,
+                relmse: 2.0 * relmse,
+                relmse_trimmed: relmse,
+                smape: relmse.sqrt(),
+                flip: None,
+                mean_ratio: 1.0,
+            },
+            estimated_error: (variant == "fast").then(|| 3.0 * (2.0 * relmse).sqrt()),
+            time_split: [("trace", 3.0), ("gather", 1.0), ("denoise", 0.0)]
+                .map(|(k, v)| (k.to_owned(), v * seconds))
+                .into(),
+            device_bytes: (3 + seed) << 20,
+            left_out: vec!["textures".into()],
+        }
+    }
+
+    fn results(records: Vec<Record>) -> Results {
+        Results { records, ..Default::default() }
+    }
+
+    #[test]
+    fn a_time_that_few_seeds_reach_says_nothing() {
+        let mut records = vec![record("s", "v", 0, 100.0, 0.01), record("s", "v", 0, 1.0, 1.0)];
+        records.extend([record("s", "v", 1, 1.0, 3.0), record("s", "other", 1, 10.0, 9.0)]);
+        let results = results(records);
+        let cell = Cell::of(&results, "s", "v");
+        assert_eq!(cell.at_time(10.0, Measure::Trimmed), None, "one of two seeds");
+        let at = cell.at_time(1.0, Measure::Plain).expect("both seeds");
+        assert_eq!((at.error.median, at.error.count, at.inside), (4.0, 2, true));
+        assert!(!cell.at_time(0.95, Measure::Trimmed).expect("nearly there").inside);
+        let alone = cell.seed(0).at_time(10.0, Measure::Trimmed).expect("its own seed").error.median;
+        assert!((alone - 0.1).abs() < 1e-12, "{alone}");
+        assert_eq!(cell.seed(7).records().count(), 0);
+    }
+
+    #[test]
+    fn points_are_medians_of_the_seeds_at_a_budget() {
+        let records: Vec<Record> = [(0, 1.0), (1, 5.0), (2, 2.0)]
+            .into_iter()
+            .flat_map(|(seed, error)| [record("s", "v", seed, 10.0, 0.1 * error), record("s", "v", seed, 1.0, error)])
+            .collect();
+        let results = results(records);
+        let cell = Cell::of(&results, "s", "v");
+        let medians = cell.medians(Cost::Photons, Measure::Trimmed);
+        assert_eq!(medians, [(1e5, 2.0), (1e6, 0.2)], "in the order of the cost");
+        assert_eq!(cell.last().len(), 3);
+        assert!(cell.last().iter().all(|r| r.seconds == 10.0));
+        assert_eq!(cell.at_budget(Budget::Passes(3), Measure::Trimmed), None);
+    }
+
+    #[test]
+    fn budgets_are_in_order_and_times_are_found_without_any() {
+        let mut results = results(vec![record("s", "v", 0, 45.0, 1.0), record("s", "v", 0, 0.9, 1.0)]);
+        assert_eq!(times(&results, "s"), [0.9, 45.0]);
+        assert_eq!(times(&results, "other"), [0.0; 0]);
+        results.records[0].budget = Budget::Passes(64);
+        assert_eq!(budgets(&results), [Budget::Seconds(0.9), Budget::Passes(64)]);
+        results.records[1].budget = Budget::Passes(8);
+        assert_eq!(budgets(&results), [Budget::Passes(8), Budget::Passes(64)]);
+        assert_eq!(times(&results, "s"), [1.0, 3.0, 10.0, 30.0]);
+        assert_eq!(Cell::of(&results, "s", "v").at_budget(Budget::Passes(8), Measure::Plain), Some(2.0));
+    }
+
+    #[test]
+    fn steps_go_by_threes() {
+        assert_eq!(steps([0.02, 3.0, 0.0, f64::NAN, f64::INFINITY].into_iter()), [0.03, 0.1, 0.3, 1.0, 3.0]);
+        assert_eq!(steps([5.0].into_iter()), [0.0; 0]);
+        assert_eq!(steps([0.0].into_iter()), [0.0; 0]);
+    }
 }

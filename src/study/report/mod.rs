@@ -4,8 +4,6 @@ mod costs;
 mod errors;
 mod figures;
 mod table;
-#[cfg(test)]
-mod tests;
 
 use std::fmt::Write;
 
@@ -172,3 +170,6 @@ pub fn markdown_summary(results: &Results) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests;
