@@ -125,7 +125,7 @@ mod tests {
         Bars {
             title: "<t>".into(),
             label: "seconds".into(),
-            parts: vec!["load".into(), "trace & <gather>".into()],
+            parts: vec!["load".into(), "trace & <gather>".into(), "write".into()],
             bars: values.iter().map(|v| Bar { name: "\"a\"".into(), values: v.to_vec() }).collect(),
         }
     }
@@ -143,11 +143,12 @@ mod tests {
 
     #[test]
     fn parts_are_as_long_as_their_values() {
-        let svg = bars(&[&[1.0, 3.0], &[2.0, 0.0]]).svg();
+        let svg = bars(&[&[1.0, 3.0, 2.0], &[2.0, 0.0]]).svg();
         let (from, widths) = (of_parts(&svg, "x"), of_parts(&svg, "width"));
-        assert!((from[1] - from[0] - widths[0]).abs() < 0.03 && from[2] == from[0], "end to end: {from:?}");
-        assert_eq!(widths.len(), 3);
-        assert!((widths[1] - 3.0 * widths[0]).abs() < 0.03 && (widths[2] - 2.0 * widths[0]).abs() < 0.03, "{widths:?}");
+        let near = |a: f64, b: f64| (a - b).abs() < 0.03;
+        assert_eq!(widths.len(), 4, "what is 0 long is not drawn");
+        assert!(near(widths[1], 3.0 * widths[0]) && near(widths[3], 2.0 * widths[0]), "{widths:?}");
+        assert!((0..2).all(|k| near(from[k + 1] - from[k], widths[k])) && from[3] == from[0], "end to end: {from:?}");
         check(&svg).expect("an SVG");
     }
 
