@@ -42,7 +42,7 @@ impl Scale {
             return NOT_A_NUMBER;
         }
         let t = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
-        if self.low < 0.0 { diverging(2.0 * t - 1.0) } else { sequential(t) }
+        srgb8(if self.low < 0.0 { diverging(2.0 * t - 1.0) } else { sequential(t) })
     }
 }
 
@@ -66,16 +66,16 @@ pub fn write(sink: impl Write, path: &Path, width: u32, values: &[f64], scale: S
     png::write_rgb8(sink, path, [width, (values.len() / width.max(1) as usize) as u32], &colors)
 }
 
-/// Dark violet at 0 over red to pale yellow at 1.
-fn sequential(t: f64) -> [u8; 3] {
+/// Dark violet at 0 over red to pale yellow at 1, as linear Rec.709.
+fn sequential(t: f64) -> [f64; 3] {
     let chroma = 0.05 + 0.13 * (std::f64::consts::PI * t).sin();
-    srgb8(oklch(0.10 + 0.87 * t, chroma, 280.0 + 180.0 * t))
+    oklch(0.10 + 0.87 * t, chroma, 280.0 + 180.0 * t)
 }
 
-/// Blue at -1, nearly black at 0, red at 1; equal magnitudes are equally light.
-fn diverging(t: f64) -> [u8; 3] {
+/// Blue at -1, nearly black at 0, red at 1, as linear Rec.709; equal magnitudes are equally light.
+fn diverging(t: f64) -> [f64; 3] {
     let hue = if t < 0.0 { 255.0 } else { 40.0 };
-    srgb8(oklch(0.12 + 0.56 * t.abs(), 0.165 * t.abs(), hue))
+    oklch(0.12 + 0.56 * t.abs(), 0.165 * t.abs(), hue)
 }
 
 /// Linear Rec.709 of an Oklab colour in polar coordinates, the hue in degrees.
@@ -130,13 +130,7 @@ mod tests {
     fn the_colours_are_within_the_gamut() {
         for i in 0..=100 {
             let t = f64::from(i) / 100.0;
-            let chroma = 0.05 + 0.13 * (std::f64::consts::PI * t).sin();
-            let colors = [
-                oklch(0.10 + 0.87 * t, chroma, 280.0 + 180.0 * t),
-                oklch(0.12 + 0.56 * t, 0.165 * t, 255.0),
-                oklch(0.12 + 0.56 * t, 0.165 * t, 40.0),
-            ];
-            for color in colors {
+            for color in [sequential(t), diverging(t), diverging(-t)] {
                 assert!(color.iter().all(|channel| (-1e-4..=1.0).contains(channel)), "{t}: {color:?}");
             }
         }

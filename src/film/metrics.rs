@@ -249,6 +249,26 @@ mod tests {
     }
 
     #[test]
+    fn errors_of_pixels_by_hand() {
+        let x = picture(2, 1, vec![1.0, 2.0, 0.5, 0.0, 0.0, -0.1]);
+        let r = picture(2, 1, vec![1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        let close = |got: &[f64], want: [f64; 2]| got.iter().zip(want).all(|(got, want)| (got - want).abs() < 1e-7);
+        let squared = relative_squared_errors(&x, &r, "").expect("a pair");
+        assert!(close(&squared, [1.25 / 1.01 / 3.0, 1.0 / 3.0]), "{squared:?}");
+        let relmse = compare(&x, &r, "").expect("a pair").relmse;
+        assert!((squared.iter().sum::<f64>() / 2.0 - relmse).abs() < 1e-12);
+        let signed = signed_relative_errors(&x, &r, "").expect("a pair");
+        assert!(close(&signed, [0.5 / 1.01_f64.sqrt() / 3.0, -1.0 / 3.0]), "{signed:?}");
+        for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let broken = picture(2, 1, vec![1.0, broken, 1.0, 0.0, 0.0, 0.0]);
+            assert_eq!(relative_squared_errors(&broken, &r, "").expect("a pair"), [f64::INFINITY, 0.0]);
+            let signed = signed_relative_errors(&broken, &r, "").expect("a pair");
+            assert!(signed[0].is_nan() && signed[1] == 0.0);
+        }
+        assert!(signed_relative_errors(&x, &picture(1, 2, vec![0.0; 6]), "").is_err());
+    }
+
+    #[test]
     fn a_brighter_picture_shows_in_the_ratio() {
         let metrics = sabotaged(|data| data.iter_mut().for_each(|x| *x *= 1.01));
         assert!((metrics.mean_ratio - 1.01).abs() < 1e-6);
