@@ -64,6 +64,15 @@ pub enum Error {
     },
     /// The validation layers reported something. Exit code 4.
     Validation(Vec<String>),
+    /// A measure of a comparison is above its limit. Exit code 5.
+    Threshold {
+        /// The measure, for example `relmse`.
+        metric: &'static str,
+        /// What it is: a number, or infinite where the picture is not finite.
+        value: f64,
+        /// What it may be at most.
+        limit: f64,
+    },
     /// The user interrupted; what was finished has been written. Exit code 130.
     Interrupted,
 }
@@ -86,6 +95,7 @@ impl Error {
             Self::Scene { .. } | Self::Io { .. } => 2,
             Self::NoDevice(_) | Self::MissingFeature { .. } => 3,
             Self::Vulkan { .. } | Self::DeviceLost { .. } | Self::OutOfMemory { .. } | Self::Validation(_) => 4,
+            Self::Threshold { .. } => 5,
             Self::Interrupted => 130,
         }
     }
@@ -108,6 +118,9 @@ impl fmt::Display for Error {
             }
             Self::Validation(messages) => {
                 write!(f, "{} validation message(s), first: {}", messages.len(), messages.first().map_or("", |m| m))
+            }
+            Self::Threshold { metric, value, limit } => {
+                write!(f, "{metric} is {value:.6e}, above the limit of {limit:e}")
             }
             Self::Interrupted => write!(f, "interrupted"),
         }

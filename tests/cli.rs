@@ -68,6 +68,15 @@ fn usage_errors_exit_with_1() {
         ("compare a.exr b.exr --layer caustic", "lacks layer 'caustic'"),
         ("compare a.exr wide.exr", "2 x 2 pixels, the reference 3 x 2"),
         ("compare a.exr b.exr --block 0", "--block"),
+        ("compare a.exr b.exr --fail-above psnr=30", "'psnr' is not one of mse"),
+        ("compare a.exr b.exr --fail-above mse", "expected METRIC=LIMIT"),
+        ("compare a.exr b.exr --fail-above mse=-1", "at least 0"),
+        ("compare a.exr b.exr --no-flip --fail-above flip=0.1", "no --no-flip"),
+        ("compare a.exr b.exr --pixels-per-degree 0", "pixels per degree"),
+        ("compare a.exr b.exr --heat-map map.exr", "must end in .png"),
+        ("compare a.exr b.exr --heat-map-of flip", "--heat-map <FILE>"),
+        ("compare a.exr b.exr --heat-map map.png --heat-map-max 0", "above 0"),
+        ("compare a.exr b.exr --heat-map map.png --heat-map-of flip --no-flip", "no --no-flip"),
     ] {
         assert_refused(line, folder.path(), 1, part);
     }
@@ -87,6 +96,7 @@ fn bad_files_exit_with_2_and_leave_nothing() {
         ("compare no.exr b.exr", "no.exr: cannot read"),
         ("compare random.exr b.exr", "random.exr: OpenEXR file"),
         ("compare scene.glb b.exr", "scene.glb: OpenEXR file"),
+        ("compare a.exr b.exr --heat-map no/map.png", "no/map.png: cannot create"),
     ] {
         assert_refused(line, folder.path(), 2, part);
     }
@@ -128,6 +138,53 @@ fn compare_measures() {
     let table = text(&nephroid("compare b.exr b.exr", folder.path()).stdout);
     assert!(table.contains("relmse trimmed  0.0000e0"), "{table}");
     assert!(table.contains("mean ratio      1.000000"), "{table}");
+}
+
+#[test]
+fn a_limit_decides_the_exit_code_and_the_table_is_printed_all_the_same() {
+    let folder = folder();
+    // a.exr is 1.5, b.exr 1.0: mse 0.25, mean ratio 1.5.
+    for (limits, code) in [
+        ("--fail-above mse=0.25", 0),
+        ("--fail-above mse=0.2499", 5),
+        ("--fail-above mean_ratio=0.5 --fail-above max=0.5", 0),
+        ("--fail-above mean_ratio=0.49", 5),
+        ("--fail-above mse=1 --fail-above hdr_flip=1e-3", 5),
+        ("--fail-above flip=0", 0),
+        ("--no-flip --fail-above smape=0.1 --json", 5),
+    ] {
+        let output = nephroid(&format!("compare a.exr b.exr {limits}"), folder.path());
+        let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(code), "{limits}: {stderr}");
+        assert!(stdout.contains("mse") && stdout.contains("reference"), "{limits}: {stdout}");
+        assert_eq!(stderr.lines().count(), usize::from(code != 0), "{limits}: {stderr}");
+        assert!(code == 0 || stderr.contains("above the limit of"), "{limits}: {stderr}");
+    }
+    let output = nephroid("compare b.exr a.exr --fail-above mse=0.1", folder.path());
+    assert_eq!(text(&output.stderr), "nephroid: mse is 2.500000e-1, above the limit of 1e-1\n");
+}
+
+#[test]
+fn heat_maps_are_pictures_of_the_same_size() {
+    let folder = folder();
+    for of in ["relative", "signed", "flip", "hdr-flip"] {
+        let line = format!("compare a.exr b.exr --heat-map map.png --heat-map-of {of} --heat-map-max 0.3 --json");
+        let output = nephroid(&line, folder.path());
+        assert_eq!(output.status.code(), Some(0), "{of}: {}", text(&output.stderr));
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!((&value["heat_map"]["of"], &value["heat_map"]["high"]), (&of.into(), &0.3.into()));
+        let map = image::open(folder.path().join("map.png")).expect("a PNG").to_rgb8();
+        assert_eq!(map.dimensions(), (2, 2));
+        let [r, g, b] = map.get_pixel(0, 0).0;
+        match of {
+            // 0.5 / sqrt(1.01) is beyond the scale.
+            "relative" => assert!(r > 240 && g > 230 && b > 150, "{r} {g} {b}"),
+            "signed" => assert!(r > 200 && b < 100, "too bright is red: {r} {g} {b}"),
+            // Cut off at 1 the pictures are equal.
+            "flip" => assert!(r.max(g).max(b) < 40, "{r} {g} {b}"),
+            _ => assert!(r > 60 && r < 230, "{r} {g} {b}"),
+        }
+    }
 }
 
 #[test]

@@ -2,18 +2,27 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
+use super::compare_limits::{self, Limit};
+use super::compare_report::{Comparison, HeatMap};
 use crate::error::{Error, Result};
+use crate::film::exr;
+use crate::film::flip::{self, PIXELS_PER_DEGREE};
+use crate::film::heat_map::{self, Scale};
 use crate::film::image::Picture;
-use crate::film::metrics::{Metrics, block_means, compare};
-use crate::film::{exr, metrics};
+use crate::film::metrics::{self, block_means, compare};
+use crate::film::output::{Destination, Format, Output};
 
 const EXAMPLES: &str = "\
 Examples:
   nephroid compare ring.exr reference.exr
   nephroid compare ring.exr reference.exr --json
-  nephroid compare a.exr b.exr --layer caustic --block 16";
+  nephroid compare ring.exr reference.exr --heat-map error.png --heat-map-of hdr-flip
+  nephroid compare ring.exr reference.exr --fail-above relmse=1e-3 --fail-above mean_ratio=0.01
+  nephroid compare a.exr b.exr --layer caustic --block 16
+
+With --fail-above the exit code is 5 if a measure is above its limit";
 
 /// Flags of `nephroid compare`.
 #[derive(Debug, Args)]
@@ -38,71 +47,110 @@ pub struct CompareArgs {
     /// Print JSON instead of a table; an infinite error is null
     #[arg(long)]
     json: bool,
+
+    /// Exit with code 5 if a measure is above a limit; may be given more than once. METRIC is mse, relmse,
+    /// relmse_trimmed, smape, max, flip, hdr_flip, or mean_ratio for |mean ratio - 1|
+    #[arg(long, value_name = "METRIC=LIMIT", value_parser = compare_limits::limit)]
+    fail_above: Vec<Limit>,
+
+    /// Leave out FLIP, which takes most of the time
+    #[arg(long)]
+    no_flip: bool,
+
+    /// Pixels per degree of sight for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
+    #[arg(long, value_name = "N", default_value_t = PIXELS_PER_DEGREE, hide_default_value = true)]
+    pixels_per_degree: f64,
+
+    /// Write a picture of where the error is (.png)
+    #[arg(long, value_name = "FILE")]
+    heat_map: Option<PathBuf>,
+
+    /// What the heat map shows
+    #[arg(long, value_name = "ERROR", value_enum, default_value_t = HeatMapOf::Relative, requires = "heat_map")]
+    heat_map_of: HeatMapOf,
+
+    /// Where the colours of the heat map end [default: 1 for FLIP, otherwise what 99.9 % of the pixels stay below]
+    #[arg(long, value_name = "ERROR", value_parser = compare_limits::positive, requires = "heat_map")]
+    heat_map_max: Option<f64>,
 }
 
-/// Reads both pictures and prints their difference.
+/// `--heat-map-of`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeatMapOf {
+    /// Root of the relative squared error: dark violet (none), red, pale yellow
+    Relative,
+    /// The same with its sign: blue where the picture is too dark, red where it is too bright
+    Signed,
+    /// FLIP of what a display shows without a tone curve
+    Flip,
+    /// FLIP, the worst over the exposures that suit the reference
+    HdrFlip,
+}
+
+/// Reads both pictures, prints their difference and writes the heat map.
 ///
 /// # Errors
-/// Those of [`exr::read`] and [`metrics::compare`].
+/// Those of [`exr::read`] and [`metrics::compare`], [`Error::Usage`] for flags that do not go together, and, when all
+/// is printed and written, [`Error::Threshold`] for the first limit that is exceeded.
 pub fn run(args: &CompareArgs) -> Result<()> {
+    let heat_map = args.heat_map.as_deref().map(Output::check).transpose()?;
+    if heat_map.as_ref().is_some_and(|output| output.format() != Format::Png) {
+        return Err(Error::Usage("the heat map must end in .png".into()));
+    }
     let read = |path: &PathBuf| -> Result<Picture> {
         let picture = exr::read(path)?.0;
         Ok(if args.block == 1 { picture } else { block_means(&picture, args.block) })
     };
-    let metrics = compare(&read(&args.picture)?, &read(&args.reference)?, &args.layer)?;
-    super::print(&if args.json { json(&metrics)? } else { table(&metrics) })
+    let pictures = Pictures { x: read(&args.picture)?, r: read(&args.reference)?, args };
+    let mut comparison = pictures.compare()?;
+    // Before anything is written: a limit for a measure that there is not is a mistake.
+    let exceeded = comparison.exceeded(&args.fail_above)?;
+    if let Some(output) = heat_map {
+        comparison.heat_map = Some(pictures.heat_map(output.destination(), &comparison)?);
+    }
+    super::print(&if args.json { comparison.json()? } else { comparison.table() })?;
+    exceeded.map_or(Ok(()), Err)
 }
 
-fn json(metrics: &Metrics) -> Result<String> {
-    serde_json::to_string_pretty(metrics).map_err(|cause| Error::Usage(format!("cannot write JSON: {cause}")))
+/// What is compared and how.
+struct Pictures<'a> {
+    x: Picture,
+    r: Picture,
+    args: &'a CompareArgs,
 }
 
-fn table(metrics: &Metrics) -> String {
-    let trimmed = format!("{:.1} % of the pixels removed", 100.0 * metrics::TRIM);
-    [
-        format!("mse             {:<12.4e}mean of (x - r)^2", metrics.mse),
-        format!("relmse          {:<12.4e}mean of (x - r)^2 / (r^2 + {})", metrics.relmse, metrics::RELMSE_FLOOR),
-        format!("relmse trimmed  {:<12.4e}the same, worst {trimmed}", metrics.relmse_trimmed),
-        format!("smape           {:<12.4e}mean of |x - r| / (|x| + |r|)", metrics.smape),
-        format!("max             {:<12.4e}greatest |x - r|", metrics.max),
-        format!("mean ratio      {:<12.6}mean of x / mean of r", metrics.mean_ratio),
-        format!("not finite      {:<12}numbers in x", metrics.non_finite),
-    ]
-    .join("\n")
-}
+impl Pictures<'_> {
+    fn compare(&self) -> Result<Comparison> {
+        let Self { x, r, args } = self;
+        let (name, ppd) = (&args.layer, args.pixels_per_degree);
+        let metrics = compare(x, r, name)?;
+        if args.no_flip {
+            return Ok(Comparison::new(metrics, None, None));
+        }
+        Ok(Comparison::new(metrics, flip::ldr(x, r, name, ppd)?, flip::hdr(x, r, name, ppd)?))
+    }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::film::image::Channels;
-
-    fn metrics_of(value: f32) -> Metrics {
-        let picture = |value: f32| {
-            let mut picture = Picture::new(2, 2);
-            picture.push("", Channels::Rgb, vec![value; 12]);
-            picture
+    /// Writes the heat map.
+    fn heat_map(&self, destination: &Destination, comparison: &Comparison) -> Result<HeatMap> {
+        let Self { x, r, args } = self;
+        let of = args.heat_map_of;
+        let values: Vec<f64> = match of {
+            HeatMapOf::Relative => {
+                metrics::relative_squared_errors(x, r, &args.layer)?.into_iter().map(f64::sqrt).collect()
+            }
+            HeatMapOf::Signed => metrics::signed_relative_errors(x, r, &args.layer)?,
+            HeatMapOf::Flip | HeatMapOf::HdrFlip => {
+                let map = comparison.flip_map(of == HeatMapOf::HdrFlip);
+                let map =
+                    map.ok_or_else(|| Error::Usage("a heat map of FLIP needs colours and no --no-flip".into()))?;
+                map.iter().map(|error| f64::from(*error)).collect()
+            }
         };
-        compare(&picture(value), &picture(1.0), "").expect("same size")
-    }
-
-    #[test]
-    fn json_holds_every_measure_under_its_name() {
-        let value: serde_json::Value = serde_json::from_str(&json(&metrics_of(1.5)).expect("JSON")).expect("JSON");
-        assert_eq!(value["mse"], 0.25);
-        assert_eq!(value["mean_ratio"], 1.5);
-        assert!((value["relmse_trimmed"].as_f64().expect("a number") - 0.25 / 1.01).abs() < 1e-12);
-        assert_eq!((&value["max"], &value["non_finite"], &value["pixels"]), (&0.5.into(), &0.into(), &4.into()));
-        let broken: serde_json::Value =
-            serde_json::from_str(&json(&metrics_of(f32::NAN)).expect("JSON")).expect("JSON");
-        assert!(broken["mse"].is_null());
-        assert_eq!(broken["non_finite"], 12);
-    }
-
-    #[test]
-    fn the_table_has_one_measure_a_line() {
-        let table = table(&metrics_of(1.5));
-        assert_eq!(table.lines().count(), 7);
-        assert!(table.contains("mse             2.5000e-1   mean of"), "{table}");
-        assert!(table.contains("worst 0.1 % of the pixels removed"), "{table}");
+        let fitted = if matches!(of, HeatMapOf::Flip | HeatMapOf::HdrFlip) { 1.0 } else { heat_map::fitted(&values) };
+        let high = args.heat_map_max.unwrap_or(fitted);
+        let scale = if of == HeatMapOf::Signed { Scale::around_zero(high) } else { Scale::from_zero(high) };
+        destination.write(|sink| heat_map::write(sink, destination.path(), x.width, &values, scale))?;
+        Ok(HeatMap { file: destination.path().to_string_lossy().into_owned(), of, scale })
     }
 }

@@ -1,12 +1,15 @@
 //! The command line: one file per subcommand, one struct per group of flags. The only part that prints.
 //!
 //! Results go to standard output, progress, warnings and errors to standard error. Exit codes: 0 done, 1 usage, 2 bad
-//! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 130 interrupted.
+//! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 5 above a limit of
+//! `compare --fail-above`, 130 interrupted.
 
 pub mod bench;
 pub mod bench_estimators;
 pub mod bench_photon_map;
 pub mod compare;
+mod compare_limits;
+mod compare_report;
 pub mod devices;
 mod engine;
 mod estimator_report;
@@ -35,7 +38,7 @@ Examples:
   nephroid compare ring.exr reference.exr
 
 Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed or out
-of memory, 130 interrupted";
+of memory, 5 above a limit of compare --fail-above, 130 interrupted";
 
 /// A photon-mapping renderer for any Vulkan device: glTF in, EXR and PNG out.
 #[derive(Debug, Parser)]

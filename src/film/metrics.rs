@@ -26,6 +26,10 @@ pub struct Metrics {
     pub smape: f64,
     /// Greatest |x - r|.
     pub max: f64,
+    /// Mean of x.
+    pub mean: f64,
+    /// Mean of r.
+    pub reference_mean: f64,
     /// Mean of x over the mean of r; 1 where both are 0.
     pub mean_ratio: f64,
     /// Numbers in x that are not finite.
@@ -40,6 +44,15 @@ pub struct Metrics {
 /// [`Error::Usage`] if the sizes or the channels differ, or a picture lacks the layer or has no pixels, or the
 /// reference holds a number that is not finite.
 pub fn compare(picture: &Picture, reference: &Picture, name: &str) -> Result<Metrics> {
+    let (x, r) = pair(picture, reference, name)?;
+    Ok(measure(&x.data, &r.data, x.channels.count()))
+}
+
+/// The layers to compare: of one size, with the same channels, not empty, the reference finite.
+///
+/// # Errors
+/// Those of [`compare`].
+pub(super) fn pair<'a>(picture: &'a Picture, reference: &'a Picture, name: &str) -> Result<(&'a Layer, &'a Layer)> {
     if (picture.width, picture.height) != (reference.width, reference.height) {
         return Err(Error::Usage(format!(
             "the picture has {} x {} pixels, the reference {} x {}",
@@ -56,7 +69,33 @@ pub fn compare(picture: &Picture, reference: &Picture, name: &str) -> Result<Met
     if r.data.iter().any(|number| !number.is_finite()) {
         return Err(Error::Usage(format!("{} of the reference holds a number that is not finite", called(name))));
     }
-    Ok(measure(&x.data, &r.data, x.channels.count()))
+    Ok((x, r))
+}
+
+/// Mean over the channels of (x - r)^2 / (r^2 + 0.01), of each pixel: what [`Metrics::relmse`] is the mean of. Infinite
+/// where x is not finite.
+///
+/// # Errors
+/// Those of [`compare`].
+pub fn relative_squared_errors(picture: &Picture, reference: &Picture, name: &str) -> Result<Vec<f64>> {
+    let (x, r) = pair(picture, reference, name)?;
+    Ok(pixel_errors(&x.data, &r.data, x.channels.count(), &mut Sums::default()))
+}
+
+/// Mean over the channels of (x - r) / sqrt(r^2 + 0.01), of each pixel: above 0 where the picture is too bright. NaN
+/// where x is not finite.
+///
+/// # Errors
+/// Those of [`compare`].
+pub fn signed_relative_errors(picture: &Picture, reference: &Picture, name: &str) -> Result<Vec<f64>> {
+    let (x, r) = pair(picture, reference, name)?;
+    let channels = x.channels.count();
+    let error = |(x, r): (&f32, &f32)| {
+        let (x, r) = (f64::from(*x), f64::from(*r));
+        if x.is_finite() { (x - r) / (r * r + RELMSE_FLOOR).sqrt() } else { f64::NAN }
+    };
+    let pixels = x.data.chunks_exact(channels).zip(r.data.chunks_exact(channels));
+    Ok(pixels.map(|(x, r)| x.iter().zip(r).map(error).sum::<f64>() / channels as f64).collect())
 }
 
 fn find<'a>(picture: &'a Picture, role: &str, name: &str) -> Result<&'a Layer> {
@@ -70,11 +109,7 @@ fn called(name: &str) -> String {
 /// Compares interleaved numbers, `channels` to a pixel. `reference` is finite and not empty.
 fn measure(picture: &[f32], reference: &[f32], channels: usize) -> Metrics {
     let mut sums = Sums::default();
-    let mut errors: Vec<f64> = Vec::with_capacity(reference.len() / channels);
-    for (x, r) in picture.chunks_exact(channels).zip(reference.chunks_exact(channels)) {
-        let pixel: f64 = x.iter().zip(r).map(|(&x, &r)| sums.add(x.into(), r.into())).sum();
-        errors.push(pixel / channels as f64);
-    }
+    let mut errors = pixel_errors(picture, reference, channels, &mut sums);
     let numbers = reference.len() as f64;
     let relmse = errors.iter().sum::<f64>() / errors.len() as f64;
     Metrics {
@@ -83,10 +118,22 @@ fn measure(picture: &[f32], reference: &[f32], channels: usize) -> Metrics {
         relmse_trimmed: trimmed_mean(&mut errors),
         smape: sums.symmetric / numbers,
         max: sums.max,
+        mean: sums.x / numbers,
+        reference_mean: sums.r / numbers,
         mean_ratio: if sums.x == sums.r { 1.0 } else { sums.x / sums.r },
         non_finite: sums.non_finite,
         pixels: errors.len() as u64,
     }
+}
+
+/// Relative squared error of each pixel; adds all numbers to `sums`.
+fn pixel_errors(picture: &[f32], reference: &[f32], channels: usize, sums: &mut Sums) -> Vec<f64> {
+    let pixels = picture.chunks_exact(channels).zip(reference.chunks_exact(channels));
+    let error = |(x, r): (&[f32], &[f32])| {
+        let sum: f64 = x.iter().zip(r).map(|(&x, &r)| sums.add(x.into(), r.into())).sum();
+        sum / channels as f64
+    };
+    pixels.map(error).collect()
 }
 
 #[derive(Default)]
@@ -198,6 +245,27 @@ mod tests {
         assert!((metrics.smape - (1.0 / 3.0 + 0.5 + 1.0) / 6.0).abs() < 1e-8);
         assert!((metrics.mean_ratio - 6.1 / 3.0).abs() < 1e-7);
         assert_eq!(metrics.max, 2.0);
+        assert!((metrics.mean - 6.1 / 6.0).abs() < 1e-8 && metrics.reference_mean == 0.5);
+    }
+
+    #[test]
+    fn errors_of_pixels_by_hand() {
+        let x = picture(2, 1, vec![1.0, 2.0, 0.5, 0.0, 0.0, -0.1]);
+        let r = picture(2, 1, vec![1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        let close = |got: &[f64], want: [f64; 2]| got.iter().zip(want).all(|(got, want)| (got - want).abs() < 1e-7);
+        let squared = relative_squared_errors(&x, &r, "").expect("a pair");
+        assert!(close(&squared, [1.25 / 1.01 / 3.0, 1.0 / 3.0]), "{squared:?}");
+        let relmse = compare(&x, &r, "").expect("a pair").relmse;
+        assert!((squared.iter().sum::<f64>() / 2.0 - relmse).abs() < 1e-12);
+        let signed = signed_relative_errors(&x, &r, "").expect("a pair");
+        assert!(close(&signed, [0.5 / 1.01_f64.sqrt() / 3.0, -1.0 / 3.0]), "{signed:?}");
+        for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let broken = picture(2, 1, vec![1.0, broken, 1.0, 0.0, 0.0, 0.0]);
+            assert_eq!(relative_squared_errors(&broken, &r, "").expect("a pair"), [f64::INFINITY, 0.0]);
+            let signed = signed_relative_errors(&broken, &r, "").expect("a pair");
+            assert!(signed[0].is_nan() && signed[1] == 0.0);
+        }
+        assert!(signed_relative_errors(&x, &picture(1, 2, vec![0.0; 6]), "").is_err());
     }
 
     #[test]

@@ -2,11 +2,15 @@
 //!
 //! A picture travels one way: [`accumulate`] holds the sums of all passes ([`exact`]), [`image`] the finished layers,
 //! [`post`] changes them where it is asked to, [`exr`] and [`png`] encode them ([`tonemap`] for the latter), and
-//! [`output`] makes the files appear whole or not at all. [`metrics`] compares a picture with a reference.
+//! [`output`] makes the files appear whole or not at all. [`metrics`] and
+//! [`flip`] compare a picture with a reference, and [`heat_map`] shows where it differs.
 
 pub mod accumulate;
 pub mod exact;
 pub mod exr;
+pub mod flip;
+mod flip_filters;
+pub mod heat_map;
 pub mod image;
 pub mod metrics;
 pub mod output;

@@ -20,12 +20,17 @@ const AFTER_HEADER: usize = 33;
 ///
 /// # Errors
 /// [`Error::Usage`] if the picture has no beauty layer, [`Error::Io`] if `sink` fails or the format cannot hold it.
-pub fn write(mut sink: impl Write, path: &Path, picture: &Picture, display: impl Into<Display>) -> Result<()> {
+pub fn write(sink: impl Write, path: &Path, picture: &Picture, display: impl Into<Display>) -> Result<()> {
     let beauty = picture.beauty().ok_or_else(|| Error::Usage("a PNG needs a picture with R, G and B".into()))?;
     let bytes = display.into().encode(beauty, picture.width);
+    write_rgb8(sink, path, [picture.width, picture.height], &bytes)
+}
+
+/// Writes 8-bit sRGB as it is: `size` is width and height in pixels, `bytes` three to a pixel, rows from the top.
+pub(super) fn write_rgb8(mut sink: impl Write, path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<()> {
     let mut encoded = Cursor::new(Vec::new());
     PngEncoder::new_with_quality(&mut encoded, CompressionType::Default, FilterType::Adaptive)
-        .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
+        .write_image(bytes, size[0], size[1], ExtendedColorType::Rgb8)
         .map_err(|cause| Error::io(path, "encode", std::io::Error::other(cause)))?;
     let (header, rest) = encoded.get_ref().split_at(AFTER_HEADER);
     for part in [header, SRGB_CHUNK, rest] {
