@@ -163,6 +163,7 @@ fn disc(position: [f32; 3], radius: f32, random: &mut Random) -> Disc {
         flux: [random.next(), random.next(), random.next()],
         direction: [0.0, -1.0, 0.0],
         caustic: random.next() < 0.4,
+        fold: None,
     }
 }
 

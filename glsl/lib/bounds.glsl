@@ -39,7 +39,7 @@ View view_of(Camera c) {
 
 Ball ball_of(Photon p, View v) {
     vec3 position = uintBitsToFloat(p.a.xyz), offset = position - v.position;
-    float longer = 1.0 / (SLAB * uintBitsToFloat(p.c.w));
+    float longer = inversesqrt(inverse_longer2(p));
     // The normal of the slab is rounded to 4e-5 rad; hits and photons far from the origin are rounded in space.
     float rounding = 1e-4 * longer + 1e-6 * max_component(max(abs(position), abs(v.position)));
     vec3 centre = vec3(dot(offset, v.x), dot(offset, v.y), dot(offset, v.z));

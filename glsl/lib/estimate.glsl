@@ -4,7 +4,7 @@
 //
 // The footprint is an ellipse in the photon's tangent plane with a slab of SLAB longer semiaxes around it. A point is
 // projected along the photon's normal; the kernel over the ellipse times |N_x . N_photon| integrates to one over any
-// surface that lies in the slab, which the first paper's cut ellipsoid does only for planes.
+// surface that lies in the slab, which the first paper's cut ellipsoid does only for planes. At a boundary it is folded back.
 //
 // Define ESTIMATE_TOGETHER where the lanes of a subgroup look at the same photons: those that no lane needs cost less then.
 
@@ -17,6 +17,7 @@ layout(constant_id = 21) const bool COUNT_PAIRS = false;
 #include "shared/scene.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/eye_hit.glsl"
+#include "lib/fold.glsl"
 
 const uint WEIGHT_CONSTANT = 0u;
 const uint WEIGHT_CONE = 1u;
@@ -77,15 +78,30 @@ vec3 photon_light(Photon p, Point x, float density) {
     return light;
 }
 
-// Offset of the point in units of the photon's semiaxes, squared.
-float relative_radius2(Photon p, vec3 offset) {
-    float u = dot(offset, uintBitsToFloat(p.c.xyz)), v = dot(offset, uintBitsToFloat(p.d.xyz));
-    return u * u + v * v;
+// Offset of the point in units of the photon's semiaxes.
+vec2 relative_place(Photon p, vec3 offset) {
+    return vec2(dot(offset, uintBitsToFloat(p.c.xyz)), dot(offset, uintBitsToFloat(p.d.xyz)));
+}
+
+// Whether the slab of the footprint holds a point of the photon's surface at this height above the photon's plane.
+bool slab_holds(Photon p, float height) {
+    return height * height * inverse_longer2(p) < SLAB * SLAB;
+}
+
+// Weight of a photon at a place within its footprint, in units of the constant kernel's; 0 behind a boundary.
+float place_weight(Photon p, vec2 at) {
+    float weight = kernel_weight(min(dot(at, at), 1.0));
+    if ((p.c.w & FOLD) == 0u) return weight;
+    vec2 image;
+    bool hidden = fold_hides(p.c.w, at, image);
+    float image2 = dot(image, image);
+    return hidden ? 0.0 : weight + (image2 < 1.0 ? kernel_weight(image2) : 0.0);
 }
 
 void add_photon(inout Estimate sum, Photon p, Point x) {
     vec3 offset = x.s.position - uintBitsToFloat(p.a.xyz);
-    float r2 = relative_radius2(p, offset);
+    vec2 at = relative_place(p, offset);
+    float r2 = dot(at, at);
     if (COUNT_PAIRS) sum.tested += 1.0;
 #ifdef ESTIMATE_TOGETHER
     if (!subgroupAny(r2 < 1.0)) return;
@@ -93,12 +109,12 @@ void add_photon(inout Estimate sum, Photon p, Point x) {
     if (!(r2 < 1.0)) return;
 #endif
     vec3 normal = oct_decode(p.a.w);
-    float w = dot(offset, normal) * uintBitsToFloat(p.c.w);
     float facing = dot(normal, x.s.geometric);
     float signed_density = uintBitsToFloat(p.d.w);
-    bool covers = r2 < 1.0 && abs(w) < 1.0 && facing > SAME_SURFACE;
-    if (COUNT_PAIRS) sum.accepted += covers ? 1.0 : 0.0;
-    vec3 light = photon_light(p, x, covers ? abs(signed_density) * facing * kernel_weight(r2) : 0.0);
+    bool covers = r2 < 1.0 && slab_holds(p, dot(offset, normal)) && facing > SAME_SURFACE;
+    float weight = covers ? place_weight(p, at) : 0.0;
+    if (COUNT_PAIRS) sum.accepted += weight > 0.0 ? 1.0 : 0.0;
+    vec3 light = photon_light(p, x, abs(signed_density) * facing * weight);
     bool is_caustic = signed_density < 0.0;
     sum.caustic += is_caustic ? light : vec3(0.0);
     sum.other += is_caustic ? vec3(0.0) : light;

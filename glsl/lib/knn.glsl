@@ -10,8 +10,6 @@
 
 layout(constant_id = 23) const uint NEIGHBOURS = 64; // k
 
-// Longer semiaxis of a footprint over half the thickness of its slab (1 / SLAB of lib/footprint.glsl).
-const float LONGER_OVER_SLAB = 2.0;
 // From the centre of a footprint to its farthest point, in longer semiaxes: sqrt(1 + SLAB^2), rounded up.
 const float REACH = 1.1181;
 // Least radius of a disc, in the longer semiaxes of each of its photons: more than k photons at the point itself would be
@@ -19,7 +17,7 @@ const float REACH = 1.1181;
 const float LEAST_RADIUS = 1.0 / 256.0;
 
 float longer_semiaxis(Photon p) {
-    return LONGER_OVER_SLAB / uintBitsToFloat(p.c.w);
+    return inversesqrt(inverse_longer2(p));
 }
 
 bool is_caustic(Photon p) {
@@ -40,9 +38,11 @@ bool nearer(float d, uint i, float e, uint j) {
 // Whether add_photon would count it.
 bool is_candidate(Photon p, Point x) {
     vec3 offset = x.s.position - uintBitsToFloat(p.a.xyz);
-    if (!(relative_radius2(p, offset) < 1.0)) return false;
+    vec2 at = relative_place(p, offset);
+    vec2 image;
+    if (!(dot(at, at) < 1.0) || ((p.c.w & FOLD) != 0u && fold_hides(p.c.w, at, image))) return false;
     vec3 normal = oct_decode(p.a.w);
-    return abs(dot(offset, normal) * uintBitsToFloat(p.c.w)) < 1.0 && dot(normal, x.s.geometric) > SAME_SURFACE;
+    return slab_holds(p, dot(offset, normal)) && dot(normal, x.s.geometric) > SAME_SURFACE;
 }
 
 // Adds a candidate: within the disc of squared radius `disc2`, or within its own footprint where that is negative.
@@ -51,7 +51,7 @@ void add_neighbour(inout Estimate sum, Photon p, Point x, float disc2) {
     float density;
     if (disc2 < 0.0) {
         float facing = dot(oct_decode(p.a.w), x.s.geometric);
-        density = abs(uintBitsToFloat(p.d.w)) * facing * kernel_weight(min(relative_radius2(p, offset), 1.0));
+        density = abs(uintBitsToFloat(p.d.w)) * facing * place_weight(p, relative_place(p, offset));
     } else {
         float r2 = max(disc2, sqr(LEAST_RADIUS * longer_semiaxis(p)));
         density = kernel_weight(min(distance2(offset) / r2, 1.0)) / (PI * r2);

@@ -25,7 +25,7 @@ uint path_medium(uint material) {
 
 // Stored photon, 64 bytes: four vec4 loads in the gather.
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
-//   c: dual vector u, 1 / slab thickness d: dual vector v, kernel area and class
+//   c: dual vector u, fold (lib/fold.glsl) d: dual vector v, 1 / kernel area, negative for caustic photons
 // Dual vectors measure an offset in units of the footprint's semiaxes.
 struct Photon {
     uvec4 a;
@@ -35,6 +35,12 @@ struct Photon {
 };
 
 const float SLAB = 0.5; // half thickness of a footprint, in units of its longer semiaxis
+
+// One over the square of the longer semiaxis.
+float inverse_longer2(Photon p) {
+    vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
+    return min(dot(u, u), dot(v, v));
+}
 
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal

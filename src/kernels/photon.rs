@@ -7,7 +7,7 @@ use super::eye::{LOCAL, SlotList, trace_list};
 use super::generated::{
     Aabb, Differential, Photon, PhotonAdvance, PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend,
     PhotonAppendBindings, PhotonAppendParams, PhotonBounce, PhotonBounceBindings, PhotonBounceParams, PhotonEmit,
-    PhotonEmitBindings, PhotonEmitParams, PhotonSort, PhotonSortBindings,
+    PhotonEmitBindings, PhotonEmitParams, PhotonFold, PhotonFoldBindings, PhotonSort, PhotonSortBindings,
 };
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
@@ -256,6 +256,18 @@ fn append(
             overflow: &mut deposits.overflow,
         },
     );
+}
+
+/// Folds the footprints of all deposits at the boundaries of the surfaces that they lie on (glsl/lib/fold.glsl).
+pub fn fold(g: &mut Graph, scene: &SceneBuffers, deposits: &mut Deposits) {
+    let args = compact::dispatch_args(g, &deposits.count, deposits.photons.len(), LOCAL);
+    let bind = PhotonFoldBindings {
+        nodes: &scene.nodes,
+        triangles: &scene.triangles,
+        count: &deposits.count,
+        photons: &mut deposits.photons,
+    };
+    g.dispatch(PhotonFold, Grid::Indirect(&args), (), bind);
 }
 
 /// The photon map: a BVH over the footprints, photons in leaf order.

@@ -112,7 +112,7 @@ pub(super) fn slots_per_pixel(device: &DeviceScene) -> u32 {
 fn trace_photons(
     g: &mut Graph,
     buffers: &SceneBuffers,
-    device: &DeviceScene,
+    Content { device, settings, .. }: Content<'_>,
     budget: &PhotonBudget,
 ) -> Option<Deposits> {
     if budget.emissions.is_empty() {
@@ -122,6 +122,9 @@ fn trace_photons(
     for emission in &budget.emissions {
         let name = if emission.caustic { "caustic photons" } else { "global photons" };
         g.scope(name, |g| photon::trace(g, buffers, device.variant, *emission, &mut store));
+    }
+    if settings.fold && settings.record == Record::Full {
+        g.scope("boundaries", |g| photon::fold(g, buffers, &mut store));
     }
     Some(store)
 }
@@ -219,7 +222,7 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
-    let mut deposits = trace_photons(&mut g, &buffers, device, budget);
+    let mut deposits = trace_photons(&mut g, &buffers, content, budget);
     let mut structure =
         deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
     let mut reports = bands(&mut g, content, &buffers, structure.as_mut().zip(deposits.as_ref()), state);
@@ -235,7 +238,7 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
     let Content { device, settings, .. } = content;
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
-    let mut deposits = trace_photons(&mut g, &buffers, device, budget).expect("a photon map needs photons");
+    let mut deposits = trace_photons(&mut g, &buffers, content, budget).expect("a photon map needs photons");
     let boxes = map.store(&mut g, &mut deposits, settings.record == Record::Packed20);
     let reports = Reports::default().with_photons(&mut g, &deposits, settings.read_photons);
     (planned(g, pass, reports), boxes)
@@ -245,7 +248,7 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
 pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
-    let deposits = trace_photons(&mut g, &buffers, content.device, budget).expect("a survey needs photons");
+    let deposits = trace_photons(&mut g, &buffers, content, budget).expect("a survey needs photons");
     let photons = g.readback(&deposits.photons);
     let reports = Reports::default().with_photons(&mut g, &deposits, false);
     (planned(g, pass, reports), photons)

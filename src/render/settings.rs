@@ -58,6 +58,9 @@ pub struct Settings {
     pub weight: Weight,
     /// How large footprints are.
     pub footprint: Footprint,
+    /// Whether footprints end at walls that stand on their surface, their light reflected back; packed records have no room for
+    /// it.
+    pub fold: bool,
     /// How photons are stored for the gather.
     pub record: Record,
     /// Gathered glossy lobes after Blinn and Phong instead of GGX (Mara, Luebke and McGuire 2013, equation 6).
@@ -134,6 +137,7 @@ impl Default for Settings {
             sampling: Sampling::Full,
             weight: Weight::default(),
             footprint: Footprint::default(),
+            fold: true,
             record: Record::default(),
             blinn_phong: false,
             layers: false,

@@ -195,7 +195,8 @@ pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2
             let towards = (0..3).map(|k| direction[k] * normal[k]).sum::<f32>();
             let direction = if towards > 0.0 { direction.map(|x| -x) } else { direction };
             let flux = [random.next(), random.next(), random.next()];
-            Disc { position, normal, radii: radius(&mut random), flux, direction, caustic: i % 3 == 0 }
+            let fold = (i % 5 == 1).then(|| ([0.6, -0.8], random.next() * 0.9));
+            Disc { position, normal, radii: radius(&mut random), flux, direction, caustic: i % 3 == 0, fold }
         })
         .collect();
     let hits = (0..hits).map(|_| {

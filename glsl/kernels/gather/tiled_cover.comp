@@ -45,7 +45,7 @@ Footprint footprint_of(Photon p) {
         tile_box(low, size, disc_radius(p));
         moved = size * (0.501 / PLACE_STEPS);
     }
-    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), 1.0 / uintBitsToFloat(p.c.w), moved);
+    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), SLAB * inversesqrt(inverse_longer2(p)), moved);
 }
 
 // Bounds of the camera coordinates of vectors with components of these sizes.

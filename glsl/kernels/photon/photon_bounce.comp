@@ -90,7 +90,7 @@ void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float 
     Photon p;
     p.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
     p.b = uvec4(floatBitsToUint(photon_flux.rgb), oct_encode(d));
-    p.c = uvec4(floatBitsToUint(e.major / e.longer), floatBitsToUint(1.0 / slab));
+    p.c = uvec4(floatBitsToUint(e.major / e.longer), 0u);
     p.d = uvec4(floatBitsToUint(e.minor / e.shorter), floatBitsToUint(CAUSTIC ? -1.0 / area : 1.0 / area));
     vec3 extent = sqrt(e.major * e.major * (e.longer * e.longer) + e.minor * e.minor * (e.shorter * e.shorter)) + slab * abs(s.geometric);
     pending[j] = p;

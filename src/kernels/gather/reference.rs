@@ -18,6 +18,8 @@ pub struct Disc {
     pub direction: [f32; 3],
     /// Focused by mirrors or glass.
     pub caustic: bool,
+    /// Boundary: a unit vector and a distance below 1, both in units of the semiaxes.
+    pub fold: Option<([f32; 2], f32)>,
 }
 
 /// Half thickness of a footprint in longer semiaxes (SLAB of glsl/shared/photon.glsl).
@@ -37,7 +39,7 @@ impl Disc {
         let photon = Photon {
             a: words(self.position, oct_encode(self.normal)),
             b: words(self.flux, oct_encode(self.direction)),
-            c: words(t.map(|x| x / u), (1.0 / (SLAB * longer)).to_bits()),
+            c: words(t.map(|x| x / u), self.fold.map_or(0, |(n, reach)| fold_encode(n, reach))),
             d: words(b.map(|x| x / v), if self.caustic { -density } else { density }.to_bits()),
         };
         let extent: [f32; 3] = std::array::from_fn(|k| (t[k] * u).hypot(b[k] * v) + SLAB * longer * normal[k].abs());
@@ -71,12 +73,45 @@ pub fn gather(hits: &[EyeHit], photons: &[Photon], weight: Weight) -> Vec<[[f64;
 pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     let offset: [f64; 3] = std::array::from_fn(|k| float(hit.a[k]) - float(photon.a[k]));
     let along = |words: &[u32; 4]| (0..3).map(|k| offset[k] * float(words[k])).sum::<f64>();
-    let r2 = along(&photon.c).powi(2) + along(&photon.d).powi(2);
+    let at = [along(&photon.c), along(&photon.d)];
+    let r2 = at[0] * at[0] + at[1] * at[1];
     let normal = oct_decode(photon.a[3]);
-    let height = dot(offset, normal) * float(photon.c[3]);
+    let height = dot(offset, normal) / longer_semiaxis(photon);
     let facing = dot(normal, oct_decode(hit.a[3]));
-    let covers = r2 < 1.0 && height.abs() < 1.0 && facing > SAME_SURFACE;
-    if covers { float(photon.d[3]).abs() * facing * shape(weight, r2) } else { 0.0 }
+    let covers = r2 < 1.0 && height.abs() < f64::from(SLAB) && facing > SAME_SURFACE;
+    if !covers {
+        return 0.0;
+    }
+    let folded = match fold_decode(photon.c[3]) {
+        None => shape(weight, r2),
+        Some((n, reach)) => {
+            let beyond = at[0] * n[0] + at[1] * n[1] - reach;
+            let image: f64 = (0..2).map(|k| (at[k] - 2.0 * beyond * n[k]).powi(2)).sum();
+            let back = if image < 1.0 { shape(weight, image) } else { 0.0 };
+            if beyond > 0.0 { 0.0 } else { shape(weight, r2) + back }
+        }
+    };
+    float(photon.d[3]).abs() * facing * folded
+}
+
+/// Longer semiaxis of a photon's footprint.
+pub(super) fn longer_semiaxis(photon: &Photon) -> f64 {
+    let square = |words: &[u32; 4]| (0..3).map(|k| float(words[k]).powi(2)).sum::<f64>();
+    square(&photon.c).min(square(&photon.d)).sqrt().recip()
+}
+
+/// A boundary as it is stored (fold_encode of glsl/lib/fold.glsl).
+pub fn fold_encode(n: [f32; 2], reach: f32) -> u32 {
+    let [x, y] = n.map(|x| ((x * 511.0).round() + 512.0) as u32);
+    0x8000_0000 | ((reach * 2048.0) as u32).min(2047) << 20 | x << 10 | y
+}
+
+fn fold_decode(fold: u32) -> Option<([f64; 2], f64)> {
+    let component = |shift: u32| f64::from((fold >> shift) & 1023) - 512.0;
+    let (x, y) = (component(10), component(0));
+    let length = x.hypot(y);
+    let reach = (f64::from((fold >> 20) & 2047) + 0.5) / 2048.0;
+    (fold >> 31 == 1).then_some(([x / length, y / length], reach))
 }
 
 /// Weight at the squared relative radius `r2` <= 1 over the constant kernel's.
@@ -146,6 +181,7 @@ mod tests {
                 flux: [1.0; 3],
                 direction: [0.0, 0.0, -1.0],
                 caustic: false,
+                fold: None,
             };
             let (photon, _) = disc.stored();
             for weight in [Weight::Constant, Weight::Cone, Weight::Epanechnikov] {

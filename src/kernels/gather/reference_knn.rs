@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Weight;
-use super::reference::{density, float, shape};
+use super::reference::{density, float, longer_semiaxis, shape};
 use crate::kernels::generated::{EyeHit, Photon};
 
 /// Least radius of a disc in longer semiaxes of its photons (LEAST_RADIUS of glsl/lib/knn.glsl).
@@ -38,7 +38,7 @@ fn at(hit: &EyeHit, photons: &[Photon], weight: Weight, k: usize) -> Found {
             let density = match disc {
                 None => density(hit, photon, weight),
                 Some(disc) => {
-                    let r2 = disc.max((LEAST_RADIUS * 2.0 / float(photon.c[3])).powi(2));
+                    let r2 = disc.max((LEAST_RADIUS * longer_semiaxis(photon)).powi(2));
                     shape(weight, (f64::from(*d2) / r2).min(1.0)) / (PI * r2)
                 }
             };
