@@ -21,7 +21,7 @@ fn awkward(count: usize, seed: u64) -> Vec<f32> {
         0 => f32::NAN,
         1 => f32::NEG_INFINITY,
         2 => -1e12,
-        3 => 2f32.powi(40),
+        3 => 2f32.powi(60),
         4 => 0.0,
         _ => (random.unit() - 0.25) * 2f32.powi((random.next() % 90) as i32 - 62),
     };

@@ -84,6 +84,7 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("photon_advance", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_append", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
+    ("photon_fold", "tests/extremes/walls.rs", "fn a_wall_keeps_the_light_on_its_side"),
     ("photon_emit", "tests/extremes/lambert.rs", "fn case_05_point_light_by_photons"),
     ("photon_pack", "tests/packing.rs", "fn packed_photons_are_close"),
     ("photon_radii", "tests/packing.rs", "fn packed_photons_are_close"),

@@ -2,7 +2,7 @@
 // addition is associative, so passes may be added in any order and in any grouping and give the same bits: what resuming
 // and merging rest on. Mirrors src/film/exact.rs.
 
-const float EXACT_LARGEST = 1073741824.0; // 2^30; greater summands are cut, so that 2^33 of them fit
+const float EXACT_LARGEST = 70368744177664.0; // 2^46; greater summands are cut, so that 2^17 of them fit
 
 // Adds x, |x| <= EXACT_LARGEST and finite, rounded to a multiple of 2^-64, to `sum`.
 void exact_add(inout uvec4 sum, float x) {

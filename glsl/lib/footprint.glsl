@@ -10,7 +10,6 @@ const uint COUNT_NOT_FINITE = 5u;  // photons whose flux or footprint is not fin
 
 const float MAX_ANISOTROPY = 1000.0;
 const float MIN_RADIUS = 1e-4; // in scene radii, at the first pass
-const float MAX_RADIUS = 0.03;
 
 struct Ellipse {
     vec3 major;   // semiaxes, orthogonal

@@ -99,6 +99,8 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
         layers: !request.view.aov.is_empty() || needs_layers,
         caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),
+        largest_footprint: request.light.largest_footprint.unwrap_or(defaults.largest_footprint),
+        fold: !request.light.no_fold,
         global_smoothing: request.light.global_smoothing.unwrap_or(defaults.global_smoothing),
         ..defaults
     })

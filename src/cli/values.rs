@@ -94,6 +94,12 @@ pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
     factor.ok_or_else(|| "expected a number between 0.1 and 100".into())
 }
 
+/// A largest semiaxis in scene radii: 0.0001 ... 1.
+pub fn largest_footprint(text: &str) -> std::result::Result<f32, String> {
+    let radius = text.parse::<f32>().ok().filter(|radius| (1e-4..=1.0).contains(radius));
+    radius.ok_or_else(|| "expected a number between 0.0001 and 1".into())
+}
+
 /// A number of bytes for people: `1.5 MiB`.
 pub fn bytes(count: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
@@ -367,6 +373,14 @@ mod tests {
         assert_eq!(smoothing("2.5"), Ok(2.5));
         for bad in ["", "0", "-1", "nan", "inf", "101", "x"] {
             assert!(smoothing(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn largest_footprints() {
+        assert_eq!(largest_footprint("0.05"), Ok(0.05));
+        for bad in ["", "0", "-1", "nan", "inf", "1.1", "x"] {
+            assert!(largest_footprint(bad).is_err(), "{bad}");
         }
     }
 

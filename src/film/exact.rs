@@ -1,6 +1,6 @@
 //! Sums without rounding: the specification that the film kernel (`glsl/lib/exact_sum.glsl`) mirrors.
 //!
-//! A sum is a 128-bit two's complement integer in units of 2^-64. Every f32 between 2^-40 and 2^30 is a multiple of that
+//! A sum is a 128-bit two's complement integer in units of 2^-64. Every f32 between 2^-40 and 2^46 is a multiple of that
 //! unit, so sums are exact, and because integer addition is associative, passes may be added in any order and in any
 //! grouping and give the same bits. Floating sums, however long, do not have that property: a render that was resumed or
 //! merged from parts would differ in its last bits from one that ran through.
@@ -8,8 +8,8 @@
 /// Units in one.
 const UNITS: f64 = 18_446_744_073_709_551_616.0; // 2^64
 
-/// Greatest magnitude of a summand; greater ones are cut, so that 2^33 of them fit.
-pub const LARGEST: f32 = 1_073_741_824.0;
+/// Greatest magnitude of a summand; greater ones are cut, so that 2^17 of them fit.
+pub const LARGEST: f32 = 70_368_744_177_664.0;
 
 /// An exact sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(ExactSum::default().plus(2f32.powi(-65)), ExactSum(1));
         assert_eq!(ExactSum::default().plus(2f32.powi(-66)), ExactSum(0));
         assert_eq!(ExactSum::default().plus(-2f32.powi(-64)), ExactSum(-1));
-        assert_eq!(ExactSum::default().plus(LARGEST), ExactSum(1 << 94));
+        assert_eq!(ExactSum::default().plus(LARGEST), ExactSum(1 << 110));
         assert_eq!(ExactSum::default().plus(-LARGEST).to_f64(), -f64::from(LARGEST));
     }
 

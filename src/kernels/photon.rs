@@ -37,6 +37,8 @@ pub struct Emission {
     pub max_bounces: u32,
     /// How large footprints are.
     pub footprint: Footprint,
+    /// Largest semiaxis by photon differentials, in scene radii at the first pass.
+    pub largest: f32,
 }
 
 /// How large the footprints of photons are.
@@ -59,9 +61,9 @@ pub enum Footprint {
 
 impl Footprint {
     /// FOOTPRINT_* of photon_bounce.comp, smallest and largest radius.
-    fn code(self) -> (u32, f32, f32) {
+    fn code(self, largest: f32) -> (u32, f32, f32) {
         match self {
-            Self::Differential => (0, 0.0, 0.0),
+            Self::Differential => (0, 0.0, largest),
             Self::Density { min, max } => (1, min, max),
             Self::Fixed(radius) => (2, radius, radius),
         }
@@ -178,7 +180,7 @@ fn bounce(
     let n = emission.count;
     let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
     let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", n));
-    let (footprint, radius_min, radius_max) = emission.footprint.code();
+    let (footprint, radius_min, radius_max) = emission.footprint.code(emission.largest);
     let kernel = PhotonBounce {
         textures: v.textures,
         normal_maps: v.normal_maps,

@@ -133,6 +133,7 @@ mod tests {
             smoothing: 1.0,
             max_bounces: 1,
             footprint: crate::kernels::photon::Footprint::default(),
+            largest: 0.03,
         };
         let budget = PhotonBudget { emissions: vec![emission], capacity: 4096 };
         let found = of(planned, &budget).expect("photons");

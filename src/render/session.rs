@@ -356,6 +356,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
         smoothing: settings.global_smoothing,
         max_bounces: settings.photon_bounces,
         footprint: settings.footprint,
+        largest: settings.largest_footprint,
     };
     let caustic_count = total / 2;
     let emissions = if device.caster_count > 0 && caustic_count > 0 {
@@ -365,6 +366,7 @@ pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget 
             smoothing: settings.caustic_smoothing,
             max_bounces: settings.photon_bounces.min(settings.eye_depth),
             footprint: settings.footprint,
+            largest: settings.largest_footprint,
         };
         vec![caustic, global(total - caustic_count)]
     } else {

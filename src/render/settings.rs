@@ -58,6 +58,8 @@ pub struct Settings {
     pub weight: Weight,
     /// How large footprints are.
     pub footprint: Footprint,
+    /// Largest semiaxis of a footprint by photon differentials, in scene radii at the first pass.
+    pub largest_footprint: f32,
     /// Whether footprints end at walls that stand on their surface, their light reflected back; packed records have no room for
     /// it.
     pub fold: bool,
@@ -137,6 +139,7 @@ impl Default for Settings {
             sampling: Sampling::Full,
             weight: Weight::default(),
             footprint: Footprint::default(),
+            largest_footprint: 0.03,
             fold: true,
             record: Record::default(),
             blinn_phong: false,

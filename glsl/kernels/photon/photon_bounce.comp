@@ -23,7 +23,7 @@ layout(push_constant, scalar) uniform Params {
     float smoothing; // the paper's s for this class of photons
     uint bounce;
     float radius_min; // of discs, in scene units at the first pass
-    float radius_max; // also the fixed radius
+    float radius_max; // also the fixed radius; of ellipses, in scene radii at the first pass
 } params;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
@@ -51,7 +51,7 @@ bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     float scale = params.smoothing * pass[0].radius_scale;
     e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
     float unit = globals[0].radius * pass[0].radius_scale;
-    float smallest = MIN_RADIUS * unit, largest = MAX_RADIUS * unit;
+    float smallest = MIN_RADIUS * unit, largest = params.radius_max * unit;
     if (!(e.longer < 3.0e38)) {
         atomicAdd(counters[COUNT_NOT_FINITE], 1u);
         return false;
