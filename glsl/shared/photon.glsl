@@ -27,6 +27,10 @@ uint path_medium(uint material) {
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
 //   c: dual vector u, 1 / slab thickness d: dual vector v, kernel area and class
 // Dual vectors measure an offset in units of the footprint's semiaxes.
+//
+// A light vertex, which is connected to the camera, is a photon without a footprint:
+//   a: hit (lib/hit.glsl)    b: as above    c: zero    d: zero and class
+// The class is in the sign of the last word: negative for caustic light.
 struct Photon {
     uvec4 a;
     uvec4 b;

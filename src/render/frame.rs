@@ -3,8 +3,9 @@
 
 use super::estimator::{self, Structure};
 use super::host_map::HostMap;
+use super::light_tracing;
 use super::memory::Memory;
-use super::settings::{Record, Settings};
+use super::settings::{Method, Record, Settings};
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
 use crate::graph::{Graph, Input, Persistent, Plan, Readback};
@@ -13,7 +14,7 @@ use crate::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, Pas
 use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
-use crate::kernels::scene_data::SceneBuffers;
+use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::Scene;
 
 /// Path slots of one band: bounds the memory of eye paths whatever the image size, and keeps every buffer far below
@@ -108,20 +109,26 @@ pub(super) fn slots_per_pixel(device: &DeviceScene) -> u32 {
     if device.variant.glossy { 4 } else { 1 }
 }
 
-/// Photons of every class of the budget; none of none.
+/// [`photon::trace`] or [`photon::trace_vertices`].
+type TracePhotons = fn(&mut Graph, &SceneBuffers, Variant, Emission, &mut Deposits);
+
+/// Photons of every class of the budget, or their light vertices; none of none.
 fn trace_photons(
     g: &mut Graph,
     buffers: &SceneBuffers,
     device: &DeviceScene,
-    budget: &PhotonBudget,
+    (budget, method): (&PhotonBudget, Method),
 ) -> Option<Deposits> {
     if budget.emissions.is_empty() {
         return None;
     }
-    let mut store = Deposits::new(g, budget.capacity);
+    let (mut store, trace) = match method {
+        Method::Light => (Deposits::vertices(g, budget.capacity), photon::trace_vertices as TracePhotons),
+        _ => (Deposits::new(g, budget.capacity), photon::trace as TracePhotons),
+    };
     for emission in &budget.emissions {
         let name = if emission.caustic { "caustic photons" } else { "global photons" };
-        g.scope(name, |g| photon::trace(g, buffers, device.variant, *emission, &mut store));
+        g.scope(name, |g| trace(g, buffers, device.variant, *emission, &mut store));
     }
     Some(store)
 }
@@ -219,12 +226,17 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
-    let mut deposits = trace_photons(&mut g, &buffers, device, budget);
-    let mut structure =
-        deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
+    let mut deposits = trace_photons(&mut g, &buffers, device, (budget, settings.method));
+    let mut structure = deposits.as_mut().map(|store| match settings.method {
+        Method::Light => {
+            Structure::Connections(g.scope("connections", |g| light_tracing::splats(g, content, &buffers, store)))
+        }
+        _ => g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)),
+    });
     let mut reports = bands(&mut g, content, &buffers, structure.as_mut().zip(deposits.as_ref()), state);
     if let Some(deposits) = &deposits {
-        reports = reports.with_photons(&mut g, deposits, settings.read_photons);
+        let read_photons = settings.read_photons && settings.method == Method::Photons;
+        reports = reports.with_photons(&mut g, deposits, read_photons);
     }
     planned(g, pass, reports)
 }
@@ -235,7 +247,8 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
     let Content { device, settings, .. } = content;
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
-    let mut deposits = trace_photons(&mut g, &buffers, device, budget).expect("a photon map needs photons");
+    let photons = trace_photons(&mut g, &buffers, device, (budget, Method::Photons));
+    let mut deposits = photons.expect("a photon map needs photons");
     let boxes = map.store(&mut g, &mut deposits, settings.record == Record::Packed20);
     let reports = Reports::default().with_photons(&mut g, &deposits, settings.read_photons);
     (planned(g, pass, reports), boxes)
@@ -245,7 +258,8 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
 pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
-    let deposits = trace_photons(&mut g, &buffers, content.device, budget).expect("a survey needs photons");
+    let photons = trace_photons(&mut g, &buffers, content.device, (budget, Method::Photons));
+    let deposits = photons.expect("a survey needs photons");
     let photons = g.readback(&deposits.photons);
     let reports = Reports::default().with_photons(&mut g, &deposits, false);
     (planned(g, pass, reports), photons)

@@ -6,6 +6,7 @@ mod estimator_bytes;
 mod frame;
 mod host_map;
 mod leaf_size;
+mod light_tracing;
 mod lights;
 mod memory;
 mod outline;

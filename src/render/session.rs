@@ -6,6 +6,7 @@ use super::estimator::{self, Estimator};
 use super::estimator_bytes::{self, EstimatorBytes};
 use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
 use super::leaf_size;
+use super::light_tracing;
 use super::memory::Memory;
 use super::pixels;
 use super::recording::Recording;
@@ -80,10 +81,11 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        if settings.method != Method::Photons {
+        if settings.method == Method::Path {
             return Err(Error::Usage(format!("method {:?} is not built yet", settings.method)));
         }
         check_lens(&scene, &settings)?;
+        light_tracing::check(&settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         let estimator = settings.estimator_on(device_scene.lanes);
@@ -97,7 +99,9 @@ impl Session {
         let budget = budget(&device_scene, &settings);
         let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
-        let has_tree = !budget.emissions.is_empty() && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
+        let has_tree = settings.method == Method::Photons
+            && !budget.emissions.is_empty()
+            && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
         if settings.leaf_photons.is_none() && has_tree {
             let coverage = leaf_size::survey(runtime, content, &budget)?;
             settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
@@ -200,7 +204,7 @@ impl Session {
         s.seconds += start.elapsed().as_secs_f64();
     }
 
-    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`].
+    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`] and [`Method::Photons`].
     pub fn photons(&self) -> Vec<Photon> {
         self.frame.photons()
     }
@@ -251,8 +255,11 @@ impl Session {
         self.settings.estimator_on(self.device_scene.lanes)
     }
 
-    /// Bytes of the estimator; `None` without photons.
+    /// Bytes of the estimator; `None` without photons, and for methods that have none.
     pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
+        if self.settings.method != Method::Photons {
+            return None;
+        }
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
         let plan = |budget: &PhotonBudget| frame::plan(content, budget, &self.state).plan;
         estimator_bytes::of(plan, &self.budget)

@@ -17,6 +17,7 @@ layout(constant_id = 21) const uint FOOTPRINT = 0;
 const uint FOOTPRINT_DIFFERENTIAL = 0u; // photon differentials (Fabianowski and Dingliana 2009)
 const uint FOOTPRINT_DENSITY = 1u;      // discs by path density (Mara, Luebke and McGuire 2013, equations 4 and 5)
 const uint FOOTPRINT_FIXED = 2u;        // discs of one radius in every pass
+const uint FOOTPRINT_NONE = 3u;         // a light vertex takes the deposit's place, to be connected to the camera
 const float CONE = 1e-3;                // steradians
 
 layout(push_constant, scalar) uniform Params {
@@ -43,6 +44,17 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
+
+// The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
+void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
+    Photon p;
+    p.a = pack_hit(hit);
+    p.b = uvec4(floatBitsToUint(light), oct_encode(d));
+    p.c = uvec4(0u);
+    p.d = uvec4(0u, 0u, 0u, floatBitsToUint(CAUSTIC ? -1.0 : 1.0));
+    pending[j] = p;
+    stored[j] = 1u;
+}
 
 // The footprint that the differentials give, within its limits; false if it is not finite.
 bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
@@ -238,7 +250,8 @@ void main() {
     uint state = states[slot];
     Facet facet;
     Surface s = load_surface(hit, d, facet);
-    Differential f = differentials[slot];
+    Differential f = Differential(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
     if (ABSORPTION) {
         uint medium = state & PATH_MEDIUM_MASK;
         bool leaving = !s.front && (s.flags & MATERIAL_VOLUME) != 0u && max_component(s.transmission) > 0.0;
@@ -251,10 +264,13 @@ void main() {
         f.dp_v += hit.t * f.dd_v;
         e = Event(d, vec3(1.0), 1.0, state, INFINITY);
     } else {
-        transfer(f, d, s.geometric, hit.t);
+        if (FOOTPRINT != FOOTPRINT_NONE) transfer(f, d, s.geometric, hit.t);
         bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
         bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
-        if (kind && gathers) deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
+        if (kind && gathers) {
+            if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb);
+            else deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
+        }
         uint seed = hash2(hash2(pass[0].seed ^ (CAUSTIC ? 0x9d2c5681u : 0x2545f491u), pass[0].index), slot * 256u + params.bounce);
         e = scatter(s, facet, d, state, photon_flux.w, seed, f);
     }
@@ -267,6 +283,6 @@ void main() {
     rays[2u * slot + 1u] = vec4(e.direction, path_density);
     flux[slot] = vec4(photon_flux.rgb * e.weight, photon_flux.w);
     states[slot] = e.state;
-    differentials[slot] = f;
+    if (FOOTPRINT != FOOTPRINT_NONE) differentials[slot] = f;
     alive[j] = max_component(e.weight) > 0.0 ? 1u : 0u;
 }
