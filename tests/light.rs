@@ -9,7 +9,7 @@ mod lab;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use lab::{Shot, assert_same, close, from_above, runtime};
+use lab::{Shot, assert_same, from_above, runtime};
 use nephroid::error::Error;
 use nephroid::film::ztest::{ZTest, z_test};
 use nephroid::render::{Lens, Method, Sampling, Session, Settings};
@@ -272,8 +272,45 @@ fn caustic_of_a_ring_as_by_late_photons() {
     assert!(!brighter.test(&photons).passed, "a brighter floor must be noticed");
 }
 
-/// Gathered glossy lobes, textures' stand-ins and shading normals: a coarse sphere with smooth normals, of rough metal, of plastic,
-/// and of glass that colours a caustic, in a coloured corner.
+/// Coarse spheres with smooth normals, of rough metal and of plastic, on a floor that reflects a little like plastic.
+fn glossy_things(colour: f32) -> Vec<(Mesh, Material)> {
+    let plastic = |roughness, [r, g, b]: [f32; 3]| Material {
+        metallic: 0.0,
+        roughness,
+        base_color: [r * colour, g * colour, b * colour, 1.0],
+        ..Material::default()
+    };
+    let metal = Material::metal([0.9 * colour, 0.7 * colour, 0.4 * colour], 0.6);
+    vec![
+        (Mesh::quad([-20.0, 0.0, 20.0], [40.0, 0.0, 0.0], [0.0, 0.0, -40.0]), plastic(0.7, [0.6, 0.5, 0.4])),
+        (Mesh::sphere([-0.45, 0.2, 0.3], 0.2, 16, 32), metal),
+        (Mesh::sphere([0.4, 0.22, 0.2], 0.22, 16, 32), plastic(0.5, [0.2, 0.4, 0.7])),
+    ]
+}
+
+/// A mirror's image of a light is as good as a light there: what light tracing shows by way of a mirror, shadow rays show of
+/// the other light, with gathered glossy lobes and shading normals.
+#[test]
+fn glossy_surfaces_as_by_shadow_rays() {
+    let scene = |colour, mirror: bool| {
+        let ceiling = Mesh::quad([-4.0, 1.0, -4.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0]);
+        let mut parts = glossy_things(colour);
+        parts.extend(mirror.then(|| (ceiling, Material::mirror())));
+        let height = if mirror { 0.5 } else { 1.5 };
+        let light = Light::Point { position: [0.0, height, 0.0], intensity: [2.0, 1.5, 1.0] };
+        let camera = Camera::look_at([0.1, 0.8, 1.4], [0.0, 0.0, 0.3], [0.0, 1.0, 0.0], 0.8);
+        Scene::from_parts(parts, vec![light], camera)
+    };
+    let (size, side) = ([64, 48], 8);
+    let light = Settings { photon_bounces: 2, ..settings(Method::Light, size, 32_768) };
+    let shadow_rays = render(&scene(1.0, false), &settings(Method::Light, size, 0), 0..64, (&["direct"], side));
+    let found = render(&scene(1.0, true), &light, 0..64, (&["caustic"], side));
+    assert!(found.test(&shadow_rays).passed);
+    let brighter = render(&scene(1.02, true), &light, 64..128, (&["caustic"], side));
+    assert!(!brighter.test(&shadow_rays).passed, "two percent of the colours must be noticed");
+}
+
+/// Metal, plastic and glass in a coloured corner.
 fn still_life() -> Scene {
     let plastic = Material { metallic: 0.0, roughness: 0.5, base_color: [0.2, 0.4, 0.7, 1.0], ..Material::default() };
     let parts = vec![
@@ -306,7 +343,7 @@ fn mask_of(scene: &Scene) -> Scene {
 }
 
 #[test]
-fn glossy_surfaces_and_shading_normals_as_by_late_photons() {
+fn light_through_glass_as_by_late_photons() {
     let (scene, size, side) = (still_life(), [96, 72], 12);
     let wanted = seen(&mask_of(&scene), size, side);
     assert!(wanted.contains(&false) && wanted.iter().filter(|x| **x).count() > 30, "{wanted:?}");
