@@ -30,7 +30,7 @@ pub struct Statistics {
     pub repeated: u64,
     /// Photons emitted.
     pub photons: u64,
-    /// Deposits stored in photon maps.
+    /// Deposits stored in photon maps, or light vertices by [`Method::Light`].
     pub deposits: u64,
     /// Guards that fired, by name.
     pub counters: Vec<(&'static str, u64)>,
