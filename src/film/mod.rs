@@ -13,3 +13,4 @@ pub mod output;
 pub mod png;
 pub mod post;
 pub mod tonemap;
+pub mod ztest;
