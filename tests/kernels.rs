@@ -81,6 +81,8 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("gather_unfinished", "tests/gather.rs", "fn a_million_photons_at_one_place"),
     ("hash_pack", "tests/packing.rs", "fn packed_photons_are_close"),
     ("list_select", "tests/extremes/lambert.rs", "fn case_01_furnace"),
+    ("path_layers", "tests/path.rs", "fn layers_are_those_of_the_photons"),
+    ("path_scatter", "tests/path.rs", "fn furnaces_have_their_answers"),
     ("photon_advance", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_append", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
