@@ -300,7 +300,7 @@ fn point_lights_and_lenses_agree() {
     let photons = render(&scene, &settings, 8, 1000..1064);
     let test = paths.against(&photons);
     println!("{test:?}; precision {} and {}", paths.precision(), photons.precision());
-    sert!(test.passed, "{test:?}");
+    assert!(test.passed, "{test:?}");
     let darker = Blocks { mean: paths.mean.iter().map(|x| 0.95 * x).collect(), error: paths.error.clone() };
     assert!(!darker.against(&photons).passed, "5 % must be noticed");
 }
