@@ -85,6 +85,8 @@ const ANALYTIC: &[(&str, &str, &str)] = &[
     ("light_connect", "tests/light.rs", "fn light_by_way_of_a_mirror"),
     ("light_sum", "tests/light.rs", "fn furnace_is_uniform"),
     ("list_select", "tests/extremes/lambert.rs", "fn case_01_furnace"),
+    ("path_layers", "tests/path.rs", "fn layers_are_those_of_the_photons"),
+    ("path_scatter", "tests/path.rs", "fn furnaces_have_their_answers"),
     ("photon_advance", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_append", "tests/extremes/lambert.rs", "fn case_01_furnace"),
     ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),

@@ -9,6 +9,7 @@ const uint PATH_DEPTH_SHIFT = 16u;
 const uint PATH_DEPTH_MASK = 0xffu;
 const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
 const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
+const uint PATH_DIFFUSE_AGAIN = 1u << 26; // path tracing: met a second diffuse or rough glossy surface
 
 // Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
 const uint EYE_HIT_BENT = 0x80000000u;

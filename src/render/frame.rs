@@ -5,10 +5,11 @@ use super::estimator::{self, Structure};
 use super::host_map::HostMap;
 use super::light_tracing;
 use super::memory::Memory;
+use super::method;
 use super::settings::{Method, Record, Settings};
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
-use crate::graph::{Graph, Input, Persistent, Plan, Readback};
+use crate::graph::{Buf, Graph, Input, Persistent, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
 use crate::kernels::gather::{Band, Points, Program};
@@ -105,8 +106,8 @@ pub(super) struct Reports {
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
-pub(super) fn slots_per_pixel(device: &DeviceScene) -> u32 {
-    if device.variant.glossy { 4 } else { 1 }
+pub(super) fn slots_per_pixel(device: &DeviceScene, settings: &Settings) -> u32 {
+    if device.variant.glossy && settings.method != Method::Path { 4 } else { 1 }
 }
 
 /// [`photon::trace`] or [`photon::trace_vertices`].
@@ -142,7 +143,7 @@ fn bands(
     state: &FilmState,
 ) -> Reports {
     let Content { scene, device, settings } = content;
-    let slots = slots_per_pixel(device);
+    let slots = slots_per_pixel(device, settings);
     let mut reports = Reports::default();
     let mut rejected = g.import(&state.rejected);
     for band in &state.bands {
@@ -151,8 +152,22 @@ fn bands(
         camera.pixels = band.pixels;
         let camera = g.upload("camera", &[camera]);
         let view = (buffers, &*camera);
-        let eye_settings =
-            EyeSettings { pixels: band.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers };
+        if settings.method == Method::Path {
+            let light = g.scope("paths", |g| method::path(g, content, view, band.pixels));
+            let (radiance, gathered, aov_first) = (&light.radiance, &light.gathered, &light.aov_first);
+            let no_overflow = g.upload("no_overflow", &[0u32]);
+            let result = PassResult { radiance, gathered, aov_first, overflow: &no_overflow };
+            rejected = add_to_film(g, content, (band, view), result, rejected);
+            reports.eye_truncated.push(g.readback(&light.truncated));
+            continue;
+        }
+        let eye_settings = EyeSettings {
+            pixels: band.pixels,
+            slots,
+            max_depth: settings.eye_depth,
+            aov: settings.layers,
+            path: false,
+        };
         let mut hits = g.scope("eye paths", |g| eye::trace(g, view, device.variant, eye_settings));
         if device.light_count > 0 {
             // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.
@@ -186,19 +201,30 @@ fn bands(
         }
         let no_overflow = g.upload("no_overflow", &[0u32]);
         let overflow = stored.as_ref().map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
-        let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
         let result = PassResult { radiance: &hits.radiance, gathered: &gathered, aov_first: &hits.aov_first, overflow };
-        let adding = Adding { pixels: band.pixels, aov: settings.layers, exponents: device.exponents };
-        g.scope("film", |g| film::add(g, (&camera, &buffers.pass), adding, result, &mut film));
-        g.keep(&film.film);
-        g.keep(&film.layers);
-        rejected = film.rejected;
+        rejected = add_to_film(g, content, (band, view), result, rejected);
         reports.eye_truncated.push(g.readback(&hits.truncated));
     }
     g.keep(&rejected);
     let counts = stored.as_ref().map_or(vec![], |(structure, _)| estimator::counts(g, structure));
     reports.structure = counts.iter().map(|(name, count)| (*name, g.readback(count))).collect();
     reports
+}
+
+/// Adds what a pass brings for a band; the count of rejected values comes and goes.
+fn add_to_film(
+    g: &mut Graph,
+    Content { device, settings, .. }: Content<'_>,
+    (band, (buffers, camera)): (&BandFilm, eye::View<'_>),
+    result: PassResult<'_>,
+    rejected: Buf<u32>,
+) -> Buf<u32> {
+    let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
+    let adding = Adding { pixels: band.pixels, aov: settings.layers, exponents: device.exponents };
+    g.scope("film", |g| film::add(g, (camera, &buffers.pass), adding, result, &mut film));
+    g.keep(&film.film);
+    g.keep(&film.layers);
+    film.rejected
 }
 
 impl Reports {

@@ -9,6 +9,7 @@ mod leaf_size;
 mod light_tracing;
 mod lights;
 mod memory;
+mod method;
 mod outline;
 mod pixels;
 mod recording;

@@ -6,8 +6,8 @@ use super::estimator::{self, Estimator};
 use super::estimator_bytes::{self, EstimatorBytes};
 use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
 use super::leaf_size;
-use super::light_tracing;
 use super::memory::Memory;
+use super::method;
 use super::pixels;
 use super::recording::Recording;
 use super::settings::{Lens, Method, Settings};
@@ -81,11 +81,8 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        if settings.method == Method::Path {
-            return Err(Error::Usage(format!("method {:?} is not built yet", settings.method)));
-        }
+        method::check(&settings)?;
         check_lens(&scene, &settings)?;
-        light_tracing::check(&settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         let estimator = settings.estimator_on(device_scene.lanes);
@@ -97,7 +94,7 @@ impl Session {
             (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
         }
         let budget = budget(&device_scene, &settings);
-        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
+        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene, &settings))?;
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let has_tree = settings.method == Method::Photons
             && !budget.emissions.is_empty()
@@ -351,10 +348,11 @@ fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
     Err(Error::Usage(format!("a lens of radius {radius} focused at {focus}: both must be finite and positive")))
 }
 
-/// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
+/// Photons of a pass: none by path tracing and without lights or surfaces, caustic ones only where something can focus light.
 pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
     let total = settings.photon_count();
-    if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
+    let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
+    if none || settings.method == Method::Path {
         return PhotonBudget { emissions: vec![], capacity: 0 };
     }
     let global = |count: u32| Emission {

@@ -44,6 +44,7 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
+#include "lib/scatter.glsl"
 
 // The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
 void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
@@ -119,14 +120,6 @@ struct Event {
     float density;     // of the scattering per steradian, infinite for mirrors and glass
 };
 
-// Density [1/sr] of the reflection about a sampled facet; infinite for smooth surfaces.
-float lobe_density(Surface s, vec3 wo, vec3 facet) {
-    if (s.alpha < ALPHA_SMOOTH) return INFINITY;
-    float n_h = clamp(dot(s.shading, facet), 0.0, 1.0);
-    float g1 = 1.0 / (1.0 + ggx_lambda(max(dot(s.shading, wo), 1e-4), s.alpha));
-    return ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
-}
-
 // Spread of a rough lobe, added to the specular derivative: the spacing that all photons of this light would have if they
 // were sent into the lobe from here. It vanishes towards the mirror (our extension; the papers leave glossy out).
 float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
@@ -173,13 +166,13 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
     bool volume = (s.flags & MATERIAL_VOLUME) != 0u;
     float eta = volume ? (s.front ? 1.0 / s.ior : s.ior) : 1.0;
     if (GLOSSY && (glass || s.f90 > 0.0 || max_component(s.f0) > 0.0)) {
-        h = sample_facet(s, -d, u);
-        float cosine = clamp(-dot(h, d), 0.0, 1.0);
-        fresnel = fresnel_schlick(s.f0, s.f90, cosine);
-        if (glass) fresnel = vec3(fresnel_dielectric(cosine, volume ? eta : 1.0 / s.ior));
-        r = reflect(d, h);
+        Reflection reflection = sample_reflection(s, d, u, glass, volume ? eta : 1.0 / s.ior);
+        h = reflection.facet;
+        float cosine = reflection.cosine;
+        fresnel = reflection.fresnel;
+        r = reflection.direction;
         bool wanted = !CAUSTIC || !gathered_glossy;
-        p_reflect = wanted && dot(r, s.geometric) > 0.0 ? max_component(fresnel) * facet_weight(s, -d, r) : 0.0;
+        p_reflect = wanted ? reflection.chance : 0.0;
         float k = 1.0 - eta * eta * (1.0 - cosine * cosine);
         if (glass && k > 0.0) {
             t = eta * d + (eta * cosine - sqrt(k)) * h;
@@ -187,14 +180,8 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
             p_transmit = dot(t, s.geometric) < 0.0 ? max_component((1.0 - fresnel) * s.transmission) * facet_weight(s, -d, t) : 0.0;
         }
     }
-    if (!CAUSTIC) {
-        // The coat for a direction along the normal: by the incoming angle it would be opaque at grazing angles, where it is
-        // not for the directions that follow, and the few survivors would carry many times the flux.
-        float half_cosine = sqrt(0.5 + 0.5 * clamp(-dot(s.shading, d), 0.0, 1.0));
-        p_diffuse = max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, half_cosine)));
-    }
-    float total = p_diffuse + p_reflect + p_transmit;
-    float norm = total > 1.0 ? 1.0 / total : 1.0;
+    if (!CAUSTIC) p_diffuse = diffuse_chance(s, d);
+    float norm = chance_norm(p_diffuse + p_reflect + p_transmit, true);
     p_diffuse *= norm;
     p_reflect *= norm;
     p_transmit *= norm;
@@ -215,12 +202,11 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         // A thin sheet bends light back at once: the derivative of the direction is unchanged.
         if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));
     } else if (choice < p_reflect + p_transmit + p_diffuse) {
-        e.direction = from_basis(s.shading, cosine_hemisphere(u));
-        vec3 half_vector = normalize(e.direction - d);
-        vec3 coat = fresnel_schlick(s.f0, s.f90, abs(dot(half_vector, e.direction)));
+        vec3 reflectance;
+        e.direction = sample_diffuse(s, d, u, reflectance);
         bool above = dot(e.direction, s.geometric) > 0.0;
         e.probability = above ? p_diffuse : 0.0;
-        e.weight = s.diffuse * (1.0 - coat) * (shading_correction(s, -d, e.direction) / p_diffuse);
+        e.weight = reflectance * (shading_correction(s, -d, e.direction) / p_diffuse);
         e.state |= PATH_DIFFUSE;
         e.density = max(dot(e.direction, s.shading), 0.0) / PI;
         // Absorption and re-emission (eq. 13): as if it had started v behind the surface, with v keeping the footprint's area.
