@@ -34,6 +34,15 @@ vec3 environment_radiance(vec3 d) { // bilinear; black without environment
     return result;
 }
 
+// Density per solid angle with which sample_environment finds a direction; w of a texel has it per unit of the image.
+float environment_density(vec3 d) {
+    vec2 size = vec2(globals[0].environment_width, globals[0].environment_height);
+    vec2 uv = environment_uv(d);
+    uvec2 texel = min(uvec2(uv * size), uvec2(size) - 1u);
+    float per_image = environment[texel.y * globals[0].environment_width + texel.x].w;
+    return per_image / (2.0 * PI * PI * max(sin(PI * uv.y), 1e-6));
+}
+
 // First entry of environment_cdf[first, first + count) above u.
 uint environment_search(uint first, uint count, float u) {
     uint low = 0u, high = count - 1u;

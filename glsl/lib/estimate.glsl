@@ -18,19 +18,11 @@ layout(constant_id = 21) const bool COUNT_PAIRS = false;
 #include "lib/bsdf.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/fold.glsl"
+#include "lib/point.glsl"
 
 const uint WEIGHT_CONSTANT = 0u;
 const uint WEIGHT_CONE = 1u;
 const uint WEIGHT_EPANECHNIKOV = 2u;
-
-// An eye hit, ready for photons.
-struct Point {
-    Surface s;
-    vec3 to_eye;
-    vec3 factor;        // of the sum over photons
-    bool glossy;        // decided by the surface, not by the program: a lean program gives the same bits
-    bool smooth_normal;
-};
 
 // Sums over photons, and counts of them if COUNT_PAIRS.
 struct Estimate {
@@ -39,16 +31,6 @@ struct Estimate {
     float tested;
     float accepted;
 };
-
-Point point_of(EyeHit hit) {
-    Point x;
-    vec3 through;
-    x.s = surface_of(hit, x.to_eye, through);
-    x.glossy = GLOSSY && !is_lambert(x.s);
-    x.smooth_normal = SMOOTH_NORMALS && hit.a.w != hit.b.w;
-    x.factor = x.glossy ? through : uintBitsToFloat(hit.b.xyz);
-    return x;
-}
 
 Estimate estimate_nothing() {
     return Estimate(vec3(0.0), vec3(0.0), 0.0, 0.0);
@@ -63,19 +45,6 @@ float kernel_weight(float r2) {
         return min(c, 1.0 - sqrt(r2)) / (c * (c * c / 3.0 - c + 1.0));
     }
     return 1.0;
-}
-
-// What the photon brings where its footprint has the kernel density `density` [1/area] at the point.
-vec3 photon_light(Photon p, Point x, float density) {
-    vec3 light = uintBitsToFloat(p.b.xyz) * density;
-    if (x.glossy || x.smooth_normal) {
-        vec3 wi = -oct_decode(p.b.w);
-        // Flux is counted per geometric area; the BSDF is meant for the shading normal (Veach 1997, 5.3.2).
-        float n_i = dot(x.s.shading, wi), g_i = dot(x.s.geometric, wi);
-        light *= n_i > 0.0 && g_i > 0.0 ? min(n_i / g_i, 4.0) : 0.0;
-        if (x.glossy) light *= gathered_bsdf(x.s, x.to_eye, wi);
-    }
-    return light;
 }
 
 // Offset of the point in units of the photon's semiaxes.

@@ -24,11 +24,12 @@ struct LightSample {
     vec3 target;    // point on the light; for parallel light a point outside of the scene
     vec3 weight;    // radiance over density per solid angle, or the limit of that for delta lights
     bool delta;     // cannot be hit by a followed path
+    float density;  // of to_light per solid angle, the choice of the light included; 0 for delta lights
 };
 
 LightSample sample_light(uint index, vec3 position, vec2 u) {
     Light l = lights[index];
-    LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true);
+    LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true, 0.0);
     if (AREA_LIGHTS && l.kind == LIGHT_TRIANGLE) {
         BvhTriangle corners = triangles[l.triangle];
         vec2 b = uniform_triangle(u);
@@ -42,12 +43,14 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         // On the light's own error bound towards the receiver, so that the shadow ray ends before the light.
         s.target = offset_point(p, e1, e2, -s.to_light);
         s.weight = cosine > 0.0 ? emission_at(l.triangle, b) * (cosine * (l.area / distance) / (distance * l.probability)) : vec3(0.0);
+        s.density = cosine > 0.0 ? l.probability * (distance / l.area) * (distance / cosine) : 0.0;
         s.delta = false;
     } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
         float pdf;
         vec3 radiance = sample_environment(u, s.to_light, pdf);
         s.target = position + s.to_light * (4.0 * globals[0].radius);
         s.weight = pdf > 0.0 ? radiance / (pdf * l.probability) : vec3(0.0);
+        s.density = pdf * l.probability;
         s.delta = false;
     } else if (DELTA_LIGHTS && l.kind == LIGHT_DIRECTIONAL) {
         s.to_light = -l.direction;

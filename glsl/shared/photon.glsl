@@ -9,6 +9,7 @@ const uint PATH_DEPTH_SHIFT = 16u;
 const uint PATH_DEPTH_MASK = 0xffu;
 const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
 const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
+const uint PATH_DIFFUSE_AGAIN = 1u << 26; // path tracing: met a second diffuse or rough glossy surface
 
 // Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
 const uint EYE_HIT_BENT = 0x80000000u;
@@ -27,6 +28,10 @@ uint path_medium(uint material) {
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
 //   c: dual vector u, fold (lib/fold.glsl) d: dual vector v, 1 / kernel area, negative for caustic photons
 // Dual vectors measure an offset in units of the footprint's semiaxes.
+//
+// A light vertex, which is connected to the camera, is a photon without a footprint:
+//   a: hit (lib/hit.glsl)    b: as above    c: zero    d: zero and class
+// The class is in the sign of the last word: negative for caustic light.
 struct Photon {
     uvec4 a;
     uvec4 b;

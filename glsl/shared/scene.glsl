@@ -24,7 +24,7 @@ struct Material {
     uint emissive_texture;
     uint transmission_texture;
     uint specular_texture;
-    uint reserved;
+    float light_density;  // probability per area with which a point of the front is chosen as a light's; 0: no light
 };
 
 const uint WRAP_REPEAT = 0u;

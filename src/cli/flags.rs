@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
 use crate::film::tonemap::Curve;
-use crate::render::{Amplification, Estimator, PhotonBuild, Record, Sampling, Settings, Weight};
+use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -86,6 +86,10 @@ pub struct LightArgs {
     /// gets a plain sky
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
+
+    /// How light is transported; the last two are slow references for the first
+    #[arg(long, value_name = "METHOD", value_enum, default_value_t)]
+    pub method: Method,
 
     /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on the device]
     #[arg(long, value_name = "NAME", value_enum)]

@@ -5,7 +5,7 @@ use clap::builder::PossibleValue;
 
 use crate::error::{Error, Result};
 use crate::film::tonemap::Curve;
-use crate::render::{Amplification, Estimator, PhotonBuild, Record, Sampling, Scale, Weight};
+use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Scale, Weight};
 
 /// Picture size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,6 +205,20 @@ impl ValueEnum for Weight {
             }
             Self::Cone => PossibleValue::new("cone").help("Equal weight with a soft rim"),
             Self::Epanechnikov => PossibleValue::new("epanechnikov").help("Weight falls towards the rim: smoother"),
+        })
+    }
+}
+
+impl ValueEnum for Method {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Photons, Self::Path, Self::Light]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Photons => PossibleValue::new("photons").help("Photon mapping: sees everything"),
+            Self::Path => PossibleValue::new("path").help("Path tracing: no caustics of lights without extent"),
+            Self::Light => PossibleValue::new("light").help("Light tracing: nothing in mirrors and glass"),
         })
     }
 }

@@ -17,3 +17,4 @@ pub mod output;
 pub mod png;
 pub mod post;
 pub mod tonemap;
+pub mod ztest;

@@ -31,6 +31,8 @@ pub struct EyeSettings {
     pub max_depth: u32,
     /// Whether layers are written.
     pub aov: bool,
+    /// Whether these are steps of path tracing ([`super::path`]), which has one slot per pixel.
+    pub path: bool,
 }
 
 /// What the eye paths leave.
@@ -79,34 +81,48 @@ impl SlotList {
 }
 
 /// Buffers of the paths in flight, by slot.
-struct Paths {
-    rays: Buf<[f32; 4]>,
-    throughput: Buf<[f32; 4]>,
-    states: Buf<u32>,
+pub(super) struct Paths {
+    pub rays: Buf<[f32; 4]>,
+    pub throughput: Buf<[f32; 4]>,
+    pub states: Buf<u32>,
     hits: Buf<[u32; 4]>,
     valid: Buf<u32>,
+}
+
+impl Paths {
+    pub(super) fn new(g: &mut Graph, slots: u32) -> Self {
+        Self {
+            rays: g.buffer("eye_rays", 2 * slots),
+            throughput: g.buffer("eye_throughput", slots),
+            states: g.buffer("eye_states", slots),
+            hits: g.buffer("eye_ray_hits", slots),
+            valid: g.buffer("eye_valid", slots),
+        }
+    }
+}
+
+impl EyeHits {
+    /// Nothing yet, with room for `radiance` values.
+    pub(super) fn new(g: &mut Graph, settings: EyeSettings, radiance: u32) -> Self {
+        let mut result = Self {
+            hits: g.buffer("eye_hits", settings.pixels * settings.slots),
+            list: g.buffer("unused", 1),
+            count: g.buffer("unused", 1),
+            args: g.buffer("unused", 1),
+            radiance: g.buffer("radiance", radiance),
+            aov_first: g.buffer("aov_first", if settings.aov { AOV_FLOATS * settings.pixels } else { 1 }),
+            truncated: g.buffer("eye_truncated", 1),
+        };
+        g.fill(&mut result.truncated, 0);
+        result
+    }
 }
 
 /// Adds the passes of the eye paths.
 pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSettings) -> EyeHits {
     let slots = settings.pixels * settings.slots;
-    let mut paths = Paths {
-        rays: g.buffer("eye_rays", 2 * slots),
-        throughput: g.buffer("eye_throughput", slots),
-        states: g.buffer("eye_states", slots),
-        hits: g.buffer("eye_ray_hits", slots),
-        valid: g.buffer("eye_valid", slots),
-    };
-    let mut result = EyeHits {
-        hits: g.buffer("eye_hits", slots),
-        list: g.buffer("unused", 1),
-        count: g.buffer("unused", 1),
-        args: g.buffer("unused", 1),
-        radiance: g.buffer("radiance", slots),
-        aov_first: g.buffer("aov_first", if settings.aov { AOV_FLOATS * settings.pixels } else { 1 }),
-        truncated: g.buffer("eye_truncated", 1),
-    };
-    g.fill(&mut result.truncated, 0);
+    let mut paths = Paths::new(g, slots);
+    let mut result = EyeHits::new(g, settings, slots);
     let mut list = g.scope("eye generate", |g| generate(g, view, (variant, settings), &mut paths, &mut result));
     let bounces = if variant.glossy || variant.alpha_mask { settings.max_depth + 1 } else { 1 };
     for step in 0..bounces {
@@ -120,7 +136,7 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSetti
     EyeHits { list: everything.indices, count: everything.count, args: everything.args, ..result }
 }
 
-fn generate(
+pub(super) fn generate(
     g: &mut Graph,
     (scene, camera): View<'_>,
     (variant, settings): (Variant, EyeSettings),
@@ -146,7 +162,7 @@ fn generate(
     SlotList::full(g, list, settings.pixels)
 }
 
-fn bounce(
+pub(super) fn bounce(
     g: &mut Graph,
     (scene, camera): View<'_>,
     (v, settings): (Variant, EyeSettings),
@@ -173,6 +189,7 @@ fn bounce(
         tangent_at: v.tangent_at,
         aov: settings.aov,
         max_depth: settings.max_depth,
+        path: settings.path,
     };
     let bind = EyeShadeBindings {
         triangles: &scene.triangles,
@@ -204,11 +221,11 @@ fn bounce(
 }
 
 /// Two places per path for its continuations.
-struct Children {
-    flags: Buf<u32>,
-    slots: Buf<u32>,
+pub(super) struct Children {
+    pub flags: Buf<u32>,
+    pub slots: Buf<u32>,
     /// One word: places written.
-    places: Buf<u32>,
+    pub places: Buf<u32>,
 }
 
 impl Children {
@@ -239,7 +256,27 @@ pub(super) fn trace_list(
 }
 
 /// Adds the direct light at the hits: `samples` lights, chosen by power, and a shadow ray for each.
-pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
+pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
+    let samples = LightSamples { count: samples, path: false };
+    sample_lights(g, view, (v, samples), (&eye.list, &eye.count, &eye.args), (&eye.hits, &mut eye.radiance));
+}
+
+/// Samples of lights at each hit.
+#[derive(Clone, Copy)]
+pub(super) struct LightSamples {
+    pub count: u32,
+    /// Whether gathered lobes look for lights, too, as in path tracing.
+    pub path: bool,
+}
+
+/// Adds the light of samples of lights at the listed hits.
+pub(super) fn sample_lights(
+    g: &mut Graph,
+    (scene, camera): View<'_>,
+    (v, samples): (Variant, LightSamples),
+    (list, count, args): (&Buf<u32>, &Buf<u32>, &Buf<DispatchArgs>),
+    (hits, radiance): (&Buf<EyeHit>, &mut Buf<[f32; 4]>),
+) {
     let kernel = DirectLight {
         textures: v.textures,
         alpha_mask: v.alpha_mask,
@@ -252,7 +289,8 @@ pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, samples: u32
         uv0_at: v.uv0_at,
         uv1_at: v.uv1_at,
         color_at: v.color_at,
-        light_samples: samples,
+        light_samples: samples.count,
+        path: samples.path,
     };
     let bind = DirectLightBindings {
         nodes: &scene.nodes,
@@ -267,10 +305,10 @@ pub fn direct(g: &mut Graph, (scene, camera): View<'_>, v: Variant, samples: u32
         environment_cdf: &scene.environment_cdf,
         camera,
         pass: &scene.pass,
-        list: &eye.list,
-        count: &eye.count,
-        eye_hits: &eye.hits,
-        radiance: &mut eye.radiance,
+        list,
+        count,
+        eye_hits: hits,
+        radiance,
     };
-    g.dispatch(kernel, Grid::Indirect(&eye.args), (), bind);
+    g.dispatch(kernel, Grid::Indirect(args), (), bind);
 }

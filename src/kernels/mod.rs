@@ -10,6 +10,8 @@ pub mod gather;
 pub mod generated;
 pub mod lbvh;
 pub mod lbvh_reference;
+pub mod light;
+pub mod path;
 pub mod photon;
 pub mod records;
 pub mod reduce;

@@ -5,9 +5,10 @@
 
 use super::eye::{LOCAL, SlotList, trace_list};
 use super::generated::{
-    Aabb, Differential, Photon, PhotonAdvance, PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend,
-    PhotonAppendBindings, PhotonAppendParams, PhotonBounce, PhotonBounceBindings, PhotonBounceParams, PhotonEmit,
-    PhotonEmitBindings, PhotonEmitParams, PhotonFold, PhotonFoldBindings, PhotonSort, PhotonSortBindings,
+    Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
+    PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend, PhotonAppendBindings, PhotonAppendParams, PhotonBounce,
+    PhotonBounceBindings, PhotonBounceParams, PhotonEmit, PhotonEmitBindings, PhotonEmitParams, PhotonFold,
+    PhotonFoldBindings, PhotonSort, PhotonSortBindings,
 };
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
@@ -103,7 +104,24 @@ impl Deposits {
         g.fill(&mut deposits.counters, 0);
         deposits
     }
+
+    /// Room for `capacity` light vertices ([`trace_vertices`]), which have no boxes.
+    pub fn vertices(g: &mut Graph, capacity: u32) -> Self {
+        Self { boxes: g.buffer("no_boxes", 1), ..Self::new(g, capacity) }
+    }
 }
+
+/// What photons leave where they meet a gathering surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Leaves {
+    /// Footprints, for density estimation.
+    Footprints,
+    /// Light vertices, for connections to the camera.
+    Vertices,
+}
+
+/// FOOTPRINT_NONE of photon_bounce.comp.
+const NO_FOOTPRINT: u32 = 3;
 
 /// Photons in flight, by index of emission.
 struct Flight {
@@ -116,6 +134,20 @@ struct Flight {
 
 /// Emits one class of photons and follows them to the end.
 pub fn trace(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
+    follow(g, (scene, v, emission), Leaves::Footprints, deposits);
+}
+
+/// The same photons, which leave light vertices instead of footprints in the room of [`Deposits::vertices`].
+pub fn trace_vertices(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
+    follow(g, (scene, v, emission), Leaves::Vertices, deposits);
+}
+
+fn follow(
+    g: &mut Graph,
+    (scene, v, emission): (&SceneBuffers, Variant, Emission),
+    leaves: Leaves,
+    deposits: &mut Deposits,
+) {
     let n = emission.count;
     let mut flight = Flight {
         rays: g.buffer("photon_rays", 2 * n),
@@ -128,7 +160,7 @@ pub fn trace(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission
     for step in 0..emission.max_bounces {
         g.scope("photon bounce", |g| {
             trace_list(g, scene, &list, &flight.rays, &mut flight.hits);
-            list = bounce(g, (scene, v, emission), step, &list, &mut flight, deposits);
+            list = bounce(g, (scene, v, emission), (step, leaves), &list, (&mut flight, deposits));
         });
     }
     deposits.truncated.push(list.count);
@@ -172,15 +204,17 @@ fn emit(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, fli
 fn bounce(
     g: &mut Graph,
     (scene, v, emission): (&SceneBuffers, Variant, Emission),
-    step: u32,
+    (step, leaves): (u32, Leaves),
     list: &SlotList,
-    flight: &mut Flight,
-    deposits: &mut Deposits,
+    (flight, deposits): (&mut Flight, &mut Deposits),
 ) -> SlotList {
     let n = emission.count;
+    let (boxed, (footprint, radius_min, radius_max)) = match leaves {
+        Leaves::Footprints => (n, emission.footprint.code(emission.largest)),
+        Leaves::Vertices => (1, (NO_FOOTPRINT, 0.0, 0.0)),
+    };
     let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
-    let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", n));
-    let (footprint, radius_min, radius_max) = emission.footprint.code(emission.largest);
+    let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", boxed));
     let kernel = PhotonBounce {
         textures: v.textures,
         normal_maps: v.normal_maps,
@@ -220,34 +254,31 @@ fn bounce(
     };
     let params = PhotonBounceParams { smoothing: emission.smoothing, bounce: step, radius_min, radius_max };
     g.dispatch(kernel, Grid::Indirect(&list.args), params, bind);
-    append(g, list, &stored, (&pending, &boxes), deposits);
+    let boxes = (leaves == Leaves::Footprints).then_some(&boxes);
+    append(g, list, &stored, (&pending, boxes), deposits);
     SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n)
 }
 
-/// Adds the pending deposits whose flag is set to the map.
+/// Adds the pending deposits whose flag is set, with their boxes if they have any.
 fn append(
     g: &mut Graph,
     list: &SlotList,
     stored: &Buf<u32>,
-    (pending, pending_boxes): (&Buf<Photon>, &Buf<Aabb>),
+    (pending, boxes): (&Buf<Photon>, Option<&Buf<Aabb>>),
     deposits: &mut Deposits,
 ) {
     let capacity = deposits.photons.len();
     let kept = compact::indices(g, Items::Counted(&list.count), stored, LOCAL);
-    g.dispatch(
-        PhotonAppend,
-        Grid::Indirect(&kept.args),
-        PhotonAppendParams { capacity },
-        PhotonAppendBindings {
-            list: &kept.indices,
-            count: &kept.count,
-            pending,
-            pending_boxes,
-            photon_count: &deposits.count,
-            photons: &mut deposits.photons,
-            boxes: &mut deposits.boxes,
-        },
-    );
+    let (list, count, photon_count) = (&kept.indices, &kept.count, &deposits.count);
+    let (grid, photons) = (Grid::Indirect(&kept.args), &mut deposits.photons);
+    if let Some(pending_boxes) = boxes {
+        let boxes = &mut deposits.boxes;
+        let bind = PhotonAppendBindings { list, count, pending, pending_boxes, photon_count, photons, boxes };
+        g.dispatch(PhotonAppend, grid, PhotonAppendParams { capacity }, bind);
+    } else {
+        let bind = LightAppendBindings { list, count, pending, photon_count, vertices: photons };
+        g.dispatch(LightAppend, grid, LightAppendParams { capacity }, bind);
+    }
     g.dispatch(
         PhotonAdvance,
         Grid::Groups([1, 1]),

@@ -8,6 +8,7 @@ use crate::graph::{Buf, Graph, Lanes};
 use crate::kernels::gather::{
     self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
 };
+use crate::kernels::light::{self, Splats};
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
@@ -146,6 +147,8 @@ pub(super) enum Structure {
     Image(InImage, Option<PhotonMap>),
     /// The deposits as they are.
     Brute,
+    /// Connections of light vertices to the camera: exact, no estimator.
+    Connections(Splats),
 }
 
 /// Estimators that work in the image: of the photons they keep the deposits as they are, or packed.
@@ -227,6 +230,9 @@ pub(super) fn gather(
             let (straight, bent) = gather::split(g, points);
             in_image(g, program, (kind, deposits), (straight.points(points), band), gathered);
             gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
+        }
+        Structure::Connections(splats) => {
+            light::sum(g, (band.camera, band.pixels), splats, &deposits.count, gathered);
         }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }

@@ -3,17 +3,19 @@
 
 use super::estimator::{self, Structure};
 use super::host_map::HostMap;
+use super::light_tracing;
 use super::memory::Memory;
-use super::settings::{Record, Settings};
+use super::method;
+use super::settings::{Method, Record, Settings};
 use super::upload::{DeviceScene, device_camera};
 use crate::error::Result;
-use crate::graph::{Graph, Input, Persistent, Plan, Readback};
+use crate::graph::{Buf, Graph, Input, Persistent, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
 use crate::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
 use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
-use crate::kernels::scene_data::SceneBuffers;
+use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::Scene;
 
 /// Path slots of one band: bounds the memory of eye paths whatever the image size, and keeps every buffer far below
@@ -104,11 +106,14 @@ pub(super) struct Reports {
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
-pub(super) fn slots_per_pixel(device: &DeviceScene) -> u32 {
-    if device.variant.glossy { 4 } else { 1 }
+pub(super) fn slots_per_pixel(device: &DeviceScene, settings: &Settings) -> u32 {
+    if device.variant.glossy && settings.method != Method::Path { 4 } else { 1 }
 }
 
-/// Photons of every class of the budget; none of none.
+/// [`photon::trace`] or [`photon::trace_vertices`].
+type TracePhotons = fn(&mut Graph, &SceneBuffers, Variant, Emission, &mut Deposits);
+
+/// Photons of every class of the budget, or their light vertices; none of none.
 fn trace_photons(
     g: &mut Graph,
     buffers: &SceneBuffers,
@@ -118,12 +123,15 @@ fn trace_photons(
     if budget.emissions.is_empty() {
         return None;
     }
-    let mut store = Deposits::new(g, budget.capacity);
+    let (mut store, trace) = match settings.method {
+        Method::Light => (Deposits::vertices(g, budget.capacity), photon::trace_vertices as TracePhotons),
+        _ => (Deposits::new(g, budget.capacity), photon::trace as TracePhotons),
+    };
     for emission in &budget.emissions {
         let name = if emission.caustic { "caustic photons" } else { "global photons" };
-        g.scope(name, |g| photon::trace(g, buffers, device.variant, *emission, &mut store));
+        g.scope(name, |g| trace(g, buffers, device.variant, *emission, &mut store));
     }
-    if settings.fold && settings.record == Record::Full {
+    if settings.fold && settings.method == Method::Photons && settings.record == Record::Full {
         g.scope("boundaries", |g| photon::fold(g, buffers, &mut store));
     }
     Some(store)
@@ -138,7 +146,7 @@ fn bands(
     state: &FilmState,
 ) -> Reports {
     let Content { scene, device, settings } = content;
-    let slots = slots_per_pixel(device);
+    let slots = slots_per_pixel(device, settings);
     let mut reports = Reports::default();
     let mut rejected = g.import(&state.rejected);
     for band in &state.bands {
@@ -147,8 +155,22 @@ fn bands(
         camera.pixels = band.pixels;
         let camera = g.upload("camera", &[camera]);
         let view = (buffers, &*camera);
-        let eye_settings =
-            EyeSettings { pixels: band.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers };
+        if settings.method == Method::Path {
+            let light = g.scope("paths", |g| method::path(g, content, view, band.pixels));
+            let (radiance, gathered, aov_first) = (&light.radiance, &light.gathered, &light.aov_first);
+            let no_overflow = g.upload("no_overflow", &[0u32]);
+            let result = PassResult { radiance, gathered, aov_first, overflow: &no_overflow };
+            rejected = add_to_film(g, content, (band, view), result, rejected);
+            reports.eye_truncated.push(g.readback(&light.truncated));
+            continue;
+        }
+        let eye_settings = EyeSettings {
+            pixels: band.pixels,
+            slots,
+            max_depth: settings.eye_depth,
+            aov: settings.layers,
+            path: false,
+        };
         let mut hits = g.scope("eye paths", |g| eye::trace(g, view, device.variant, eye_settings));
         if device.light_count > 0 {
             // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.
@@ -182,19 +204,30 @@ fn bands(
         }
         let no_overflow = g.upload("no_overflow", &[0u32]);
         let overflow = stored.as_ref().map_or(&*no_overflow, |(_, deposits)| &deposits.overflow);
-        let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
         let result = PassResult { radiance: &hits.radiance, gathered: &gathered, aov_first: &hits.aov_first, overflow };
-        let adding = Adding { pixels: band.pixels, aov: settings.layers, exponents: device.exponents };
-        g.scope("film", |g| film::add(g, (&camera, &buffers.pass), adding, result, &mut film));
-        g.keep(&film.film);
-        g.keep(&film.layers);
-        rejected = film.rejected;
+        rejected = add_to_film(g, content, (band, view), result, rejected);
         reports.eye_truncated.push(g.readback(&hits.truncated));
     }
     g.keep(&rejected);
     let counts = stored.as_ref().map_or(vec![], |(structure, _)| estimator::counts(g, structure));
     reports.structure = counts.iter().map(|(name, count)| (*name, g.readback(count))).collect();
     reports
+}
+
+/// Adds what a pass brings for a band; the count of rejected values comes and goes.
+fn add_to_film(
+    g: &mut Graph,
+    Content { device, settings, .. }: Content<'_>,
+    (band, (buffers, camera)): (&BandFilm, eye::View<'_>),
+    result: PassResult<'_>,
+    rejected: Buf<u32>,
+) -> Buf<u32> {
+    let mut film = FilmBuffers { film: g.import(&band.film), layers: g.import(&band.layers), rejected };
+    let adding = Adding { pixels: band.pixels, aov: settings.layers, exponents: device.exponents };
+    g.scope("film", |g| film::add(g, (camera, &buffers.pass), adding, result, &mut film));
+    g.keep(&film.film);
+    g.keep(&film.layers);
+    film.rejected
 }
 
 impl Reports {
@@ -223,11 +256,16 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
     let mut deposits = trace_photons(&mut g, &buffers, content, budget);
-    let mut structure =
-        deposits.as_mut().map(|store| g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)));
+    let mut structure = deposits.as_mut().map(|store| match settings.method {
+        Method::Light => {
+            Structure::Connections(g.scope("connections", |g| light_tracing::splats(g, content, &buffers, store)))
+        }
+        _ => g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)),
+    });
     let mut reports = bands(&mut g, content, &buffers, structure.as_mut().zip(deposits.as_ref()), state);
     if let Some(deposits) = &deposits {
-        reports = reports.with_photons(&mut g, deposits, settings.read_photons);
+        let read_photons = settings.read_photons && settings.method == Method::Photons;
+        reports = reports.with_photons(&mut g, deposits, read_photons);
     }
     planned(g, pass, reports)
 }

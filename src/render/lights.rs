@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::kernels::generated::Light as DeviceLight;
-use crate::scene::{Environment, Light, Scene};
+use crate::scene::{Environment, Light, Material, Scene};
 
 const POINT: u32 = 0;
 const SPOT: u32 = 1;
@@ -15,10 +15,12 @@ const ENVIRONMENT: u32 = 4;
 #[derive(Default)]
 pub struct LightTable {
     pub lights: Vec<DeviceLight>,
-    /// Radiance, one vector per texel.
+    /// Radiance per texel, and its density: of samples per unit of the image's area.
     pub environment: Vec<[f32; 4]>,
     /// One cumulative row per image row, then the cumulative column; empty without environment.
     pub environment_cdf: Vec<f32>,
+    /// Per material: density per area with which a light sample is a point of its front; 0 where it is no light.
+    pub densities: Vec<f32>,
     pub has_triangles: bool,
     pub has_delta: bool,
     pub has_environment: bool,
@@ -61,6 +63,11 @@ impl LightTable {
             table.add_environment(&mut powers, environment, radius);
         }
         table.finish(&powers);
+        let density = |(m, e): (&Material, &[f32; 3])| {
+            let shines = table.has_triangles && !m.unlit && luminance(*e) > 0.0;
+            if shines { (PI * luminance(*e) / table.power) as f32 } else { 0.0 }
+        };
+        table.densities = scene.materials.iter().zip(&average).map(density).collect();
         table
     }
 
@@ -96,6 +103,11 @@ impl LightTable {
         [exponent(typical.max(peak / PEAK)), exponent(radius)]
     }
 
+    /// Probability with which the environment is chosen as a light.
+    pub fn environment_probability(&self) -> f32 {
+        self.lights.iter().find(|light| light.kind == ENVIRONMENT).map_or(0.0, |light| light.probability)
+    }
+
     fn add_environment(&mut self, powers: &mut Vec<f64>, e: &Environment, radius: f64) {
         let (width, height) = (e.width as usize, e.height as usize);
         let weights = texel_weights(e);
@@ -118,10 +130,25 @@ impl LightTable {
             column.push((so_far / total) as f32);
         }
         self.environment_cdf.extend(column);
+        self.add_texel_densities(width, height);
         // Texel weights are radiance times solid angle.
         let solid = 2.0 * PI * PI / (width as f64 * height as f64);
         let light = DeviceLight { kind: ENVIRONMENT, ..DeviceLight::default() };
         self.push(powers, light, PI * radius * radius * total * solid);
+    }
+}
+
+impl LightTable {
+    /// Probability of each texel per unit of the image's area, by the rounded numbers that are searched for samples.
+    fn add_texel_densities(&mut self, width: usize, height: usize) {
+        let cdf = &self.environment_cdf;
+        let step = |first: usize, k: usize| cdf[first + k] - if k > 0 { cdf[first + k - 1] } else { 0.0 };
+        for y in 0..height {
+            for x in 0..width {
+                let texels = (width * height) as f32;
+                self.environment[y * width + x][3] = step(y * width, x) * step(width * height, y) * texels;
+            }
+        }
     }
 }
 

@@ -54,7 +54,7 @@ impl Outline {
     }
 
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
-        let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device))?;
+        let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device, settings))?;
         let content = Content { scene, device, settings };
         let plan = frame::plan(content, &budget(device, settings), &state).plan;
         let inputs = plan

@@ -7,7 +7,7 @@ use super::frame::{Content, FilmState, PhotonBudget, Planned, Reports, plan, pla
 use super::host_map::HostMap;
 use super::leaf_size;
 use super::memory::Memory;
-use super::settings::PhotonBuild;
+use super::settings::{Method, PhotonBuild};
 use crate::error::Result;
 use crate::graph::{Executable, Input, Readback, Runtime, Timing};
 use crate::kernels::generated::{Aabb, Pass, Photon};
@@ -60,7 +60,8 @@ impl Recording {
         let estimator = settings.estimator_on(content.device.lanes);
         let mut recording =
             Self { runtime: runtime.clone(), parts: vec![], between: None, dump: String::new(), dispatches: 0 };
-        if settings.photon_build == PhotonBuild::Linear || estimator != Estimator::Bvh || budget.emissions.is_empty() {
+        let builds_map = settings.method == Method::Photons && estimator == Estimator::Bvh;
+        if settings.photon_build == PhotonBuild::Linear || !builds_map || budget.emissions.is_empty() {
             recording.add(plan(content, budget, state))?;
             return Ok(recording);
         }

@@ -7,6 +7,7 @@ use super::estimator_bytes::{self, EstimatorBytes};
 use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
 use super::leaf_size;
 use super::memory::Memory;
+use super::method;
 use super::pixels;
 use super::recording::Recording;
 use super::settings::{Lens, Method, Settings};
@@ -29,7 +30,7 @@ pub struct Statistics {
     pub repeated: u64,
     /// Photons emitted.
     pub photons: u64,
-    /// Deposits stored in photon maps.
+    /// Deposits stored in photon maps, or light vertices by [`Method::Light`].
     pub deposits: u64,
     /// Guards that fired, by name.
     pub counters: Vec<(&'static str, u64)>,
@@ -80,9 +81,7 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        if settings.method != Method::Photons {
-            return Err(Error::Usage(format!("method {:?} is not built yet", settings.method)));
-        }
+        method::check(&settings)?;
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
@@ -95,9 +94,11 @@ impl Session {
             (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
         }
         let budget = budget(&device_scene, &settings);
-        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene))?;
+        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene, &settings))?;
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
-        let has_tree = !budget.emissions.is_empty() && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
+        let has_tree = settings.method == Method::Photons
+            && !budget.emissions.is_empty()
+            && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
         if settings.leaf_photons.is_none() && has_tree {
             let coverage = leaf_size::survey(runtime, content, &budget)?;
             settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
@@ -200,7 +201,7 @@ impl Session {
         s.seconds += start.elapsed().as_secs_f64();
     }
 
-    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`].
+    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`] and [`Method::Photons`].
     pub fn photons(&self) -> Vec<Photon> {
         self.frame.photons()
     }
@@ -251,8 +252,11 @@ impl Session {
         self.settings.estimator_on(self.device_scene.lanes)
     }
 
-    /// Bytes of the estimator; `None` without photons.
+    /// Bytes of the estimator; `None` without photons, and for methods that have none.
     pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
+        if self.settings.method != Method::Photons {
+            return None;
+        }
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
         let plan = |budget: &PhotonBudget| frame::plan(content, budget, &self.state).plan;
         estimator_bytes::of(plan, &self.budget)
@@ -344,10 +348,11 @@ fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
     Err(Error::Usage(format!("a lens of radius {radius} focused at {focus}: both must be finite and positive")))
 }
 
-/// Photons of a pass: none without lights or surfaces, caustic ones only where something can focus light.
+/// Photons of a pass: none by path tracing and without lights or surfaces, caustic ones only where something can focus light.
 pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
     let total = settings.photon_count();
-    if device.light_count == 0 || device.triangle_count == 0 || total == 0 {
+    let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
+    if none || settings.method == Method::Path {
         return PhotonBudget { emissions: vec![], capacity: 0 };
     }
     let global = |count: u32| Emission {

@@ -105,7 +105,7 @@ impl Textures {
             emissive_texture: texture(&m.emissive_texture, true),
             transmission_texture: texture(&m.transmission_texture, false),
             specular_texture: texture(&m.specular_texture, false),
-            reserved: 0,
+            light_density: 0.0, // the light table knows
         }
     }
 

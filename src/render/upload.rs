@@ -88,7 +88,10 @@ impl DeviceScene {
         let variant = variant(scene, &table, full);
         let shading = vertex_data(scene, &bvh.order, &variant);
         check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
-        let textures = Textures::of(scene);
+        let mut textures = Textures::of(scene);
+        for (material, density) in textures.materials.iter_mut().zip(&table.densities) {
+            material.light_density = *density;
+        }
         check_size(memory, scene, "textures", textures.texels.len() as u64 * 4)?;
         let (width, height) = scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
         let globals = Globals {
@@ -98,6 +101,7 @@ impl DeviceScene {
             caster_count: casters.len() as u32,
             environment_width: if table.has_environment { width } else { 0 },
             environment_height: if table.has_environment { height } else { 0 },
+            environment_probability: table.environment_probability(),
             ..Globals::default()
         };
         let mut device = Self {

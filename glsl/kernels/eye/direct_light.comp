@@ -20,13 +20,16 @@ layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
 #include "lib/environment.glsl"
 #include "lib/lights.glsl"
 #include "lib/eye_hit.glsl"
+#include "lib/scatter.glsl"
+#include "lib/path.glsl"
 #define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
 #include "lib/traverse.glsl"
 
 layout(constant_id = 21) const uint LIGHT_SAMPLES = 1;
+layout(constant_id = 22) const bool PATH = false; // path tracing: lights with an extent are found by both strategies
 
 // Light that one sample brings.
-vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, uint k) {
+vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, uint k, uint depth) {
     uint index = pass[0].index * LIGHT_SAMPLES + k;
     float choice = sequence1(index, key, 1u);
     uint light = choose_light(choice);
@@ -39,6 +42,9 @@ vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, u
         f = through * gathered_bsdf(s, to_eye, l.to_light);
         if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
     }
+    if (PATH && !l.delta) {
+        f *= balance(l.density, gathered_density(s, to_eye, l.to_light, depth >= ROULETTE_DEPTH));
+    }
     BvhTriangle corners = triangles[hit.d.w & ~EYE_HIT_BENT];
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
     vec3 origin = offset_point(s.position, e1, e2, l.to_light);
@@ -49,11 +55,19 @@ void main() {
     uint j = linear_id();
     if (j >= count[0] || globals[0].light_count == 0u) return;
     uint slot = list[j];
+    uint depth = 0u, place = slot;
+    if (PATH) {
+        uint tag = uint(radiance[slot].w);
+        if (tag == 0u) return;
+        depth = tag_depth(tag);
+        place = path_place(slot, tag_layer(tag), camera[0].pixels);
+    }
     EyeHit hit = eye_hits[slot];
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ 0x5bd1e995u);
+    if (PATH) key = hash2(key, depth);
     vec3 sum = vec3(0.0);
-    [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) sum += sample_direct(hit, s, to_eye, through, key, k);
-    radiance[slot].xyz += sum / float(LIGHT_SAMPLES);
+    [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) sum += sample_direct(hit, s, to_eye, through, key, k, depth);
+    radiance[place].xyz += sum / float(LIGHT_SAMPLES);
 }

@@ -12,6 +12,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;
+layout(constant_id = 22) const bool PATH = false; // path tracing: the path came by gathered lobes, too
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -32,6 +33,7 @@ layout(set = 0, binding = 28, scalar) buffer Truncated { uint truncated[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
+#include "lib/path.glsl"
 
 // Below this luminance of the throughput a minor continuation is drawn by chance instead of taking a slot of its own.
 const float SPLIT_THRESHOLD = 0.004;
@@ -58,7 +60,31 @@ void store_hit(uint slot, uint triangle, Surface s, vec3 to_eye, vec3 weight) {
     h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(is_glass(s) ? -s.alpha : s.alpha));
     h.d = uvec4(oct_encode(to_eye), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), triangle);
     eye_hits[slot] = h;
-    valid[slot] = 1u;
+    if (PATH) {
+        uint state = states[slot];
+        bool caustic = (state & (PATH_DIFFUSE | PATH_DIFFUSE_AGAIN)) == PATH_DIFFUSE && !has_diffuse(s) && !has_gathered_glossy(s);
+        uint layer = (state & PATH_DIFFUSE) == 0u ? LAYER_DIRECT : caustic ? LAYER_CAUSTIC : LAYER_INDIRECT;
+        radiance[slot].w = path_tag((state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK, layer);
+    } else {
+        valid[slot] = 1u;
+    }
+}
+
+// Emitted light that the path meets; `light_density` is that of a light sample [1/sr] for this direction. Sampled lights
+// are not seen through mirrors and glass, so what is found there counts in full.
+void add_emission(uint slot, uint state, vec3 light, float light_density) {
+    uint place = slot;
+    if (PATH) {
+        float density = rays[2u * slot + 1u].w;
+        if (density > 0.0) light *= balance(density, light_density);
+        place = path_place(slot, path_layer(state, density > 0.0), camera[0].pixels);
+    }
+    radiance[place].xyz += light;
+}
+
+// Density of a light sample at a hit [1/sr].
+float emitter_density(Surface s, vec3 d, float distance) {
+    return materials[s.material].light_density * sqr(distance) / max(-dot(s.geometric, d), 1e-30);
 }
 
 struct Child {
@@ -107,6 +133,7 @@ void emit_child(uint j, uint which, uint slot, uint slots, Child c, vec3 through
     throughput[slot] = vec4(through * c.weight, float(slots));
     uint depth = ((state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK) + 1u;
     states[slot] = c.medium | (depth << PATH_DEPTH_SHIFT) | (c.bent ? PATH_SPECULAR : state & PATH_SPECULAR);
+    if (PATH) states[slot] |= state & (PATH_DIFFUSE | PATH_DIFFUSE_AGAIN);
     child_flags[2u * j + which] = 1u;
     child_slots[2u * j + which] = slot;
 }
@@ -124,11 +151,13 @@ void main() {
     uint state = states[slot];
     uint depth = (state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK;
     Hit hit = unpack_hit(hits[slot]);
+    bool first = !PATH || (state & PATH_DIFFUSE) == 0u; // what the layers show
     if (hit.triangle == BVH_MISS) {
         vec3 sky = vec3(0.0);
         if (ENVIRONMENT && globals[0].environment_width > 0u) sky = environment_radiance(d);
-        radiance[slot].xyz += through * sky;
-        if (AOV) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
+        float density = PATH && ENVIRONMENT && globals[0].environment_width > 0u ? globals[0].environment_probability * environment_density(d) : 0.0;
+        add_emission(slot, state, through * sky, density);
+        if (AOV && first) write_aov(slot, vec3(0.0), vec3(0.0), INFINITY);
         return;
     }
     Facet facet;
@@ -144,11 +173,20 @@ void main() {
     Child pass_through = Child(d, vec3(1.0), 1.0, medium, false);
     if (ALPHA_MASK && s.opacity == 0.0) {
         if (depth >= MAX_DEPTH) atomicAdd(truncated[0], 1u);
-        else emit_child(j, 0u, slot, slots, pass_through, through, s, state);
+        else {
+            float density = rays[2u * slot + 1u].w, distance = rays[2u * slot].w + hit.t;
+            emit_child(j, 0u, slot, slots, pass_through, through, s, state);
+            if (PATH) {
+                rays[2u * slot].w = distance;
+                rays[2u * slot + 1u].w = density;
+            }
+        }
         return;
     }
-    radiance[slot].xyz += through * s.emission;
-    if (AOV) {
+    // Unlit surfaces are seen, but light nothing.
+    bool shines = first || (s.flags & MATERIAL_UNLIT) == 0u;
+    if (shines) add_emission(slot, state, through * s.emission, PATH ? emitter_density(s, d, rays[2u * slot].w + hit.t) : 0.0);
+    if (AOV && first) {
         vec3 albedo = s.diffuse + (GLOSSY ? s.f0 : vec3(0.0)) + s.transmission;
         write_aov(slot, albedo, s.shading, dot(s.position - camera[0].position, camera[0].forward));
     }

@@ -17,6 +17,7 @@ layout(constant_id = 21) const uint FOOTPRINT = 0;
 const uint FOOTPRINT_DIFFERENTIAL = 0u; // photon differentials (Fabianowski and Dingliana 2009)
 const uint FOOTPRINT_DENSITY = 1u;      // discs by path density (Mara, Luebke and McGuire 2013, equations 4 and 5)
 const uint FOOTPRINT_FIXED = 2u;        // discs of one radius in every pass
+const uint FOOTPRINT_NONE = 3u;         // a light vertex takes the deposit's place, to be connected to the camera
 const float CONE = 1e-3;                // steradians
 
 layout(push_constant, scalar) uniform Params {
@@ -43,6 +44,18 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/footprint.glsl"
+#include "lib/scatter.glsl"
+
+// The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
+void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
+    Photon p;
+    p.a = pack_hit(hit);
+    p.b = uvec4(floatBitsToUint(light), oct_encode(d));
+    p.c = uvec4(0u);
+    p.d = uvec4(0u, 0u, 0u, floatBitsToUint(CAUSTIC ? -1.0 : 1.0));
+    pending[j] = p;
+    stored[j] = 1u;
+}
 
 // The footprint that the differentials give, within its limits; false if it is not finite.
 bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
@@ -107,14 +120,6 @@ struct Event {
     float density;     // of the scattering per steradian, infinite for mirrors and glass
 };
 
-// Density [1/sr] of the reflection about a sampled facet; infinite for smooth surfaces.
-float lobe_density(Surface s, vec3 wo, vec3 facet) {
-    if (s.alpha < ALPHA_SMOOTH) return INFINITY;
-    float n_h = clamp(dot(s.shading, facet), 0.0, 1.0);
-    float g1 = 1.0 / (1.0 + ggx_lambda(max(dot(s.shading, wo), 1e-4), s.alpha));
-    return ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
-}
-
 // Spread of a rough lobe, added to the specular derivative: the spacing that all photons of this light would have if they
 // were sent into the lobe from here. It vanishes towards the mirror (our extension; the papers leave glossy out).
 float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
@@ -161,13 +166,13 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
     bool volume = (s.flags & MATERIAL_VOLUME) != 0u;
     float eta = volume ? (s.front ? 1.0 / s.ior : s.ior) : 1.0;
     if (GLOSSY && (glass || s.f90 > 0.0 || max_component(s.f0) > 0.0)) {
-        h = sample_facet(s, -d, u);
-        float cosine = clamp(-dot(h, d), 0.0, 1.0);
-        fresnel = fresnel_schlick(s.f0, s.f90, cosine);
-        if (glass) fresnel = vec3(fresnel_dielectric(cosine, volume ? eta : 1.0 / s.ior));
-        r = reflect(d, h);
+        Reflection reflection = sample_reflection(s, d, u, glass, volume ? eta : 1.0 / s.ior);
+        h = reflection.facet;
+        float cosine = reflection.cosine;
+        fresnel = reflection.fresnel;
+        r = reflection.direction;
         bool wanted = !CAUSTIC || !gathered_glossy;
-        p_reflect = wanted && dot(r, s.geometric) > 0.0 ? max_component(fresnel) * facet_weight(s, -d, r) : 0.0;
+        p_reflect = wanted ? reflection.chance : 0.0;
         float k = 1.0 - eta * eta * (1.0 - cosine * cosine);
         if (glass && k > 0.0) {
             t = eta * d + (eta * cosine - sqrt(k)) * h;
@@ -175,14 +180,8 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
             p_transmit = dot(t, s.geometric) < 0.0 ? max_component((1.0 - fresnel) * s.transmission) * facet_weight(s, -d, t) : 0.0;
         }
     }
-    if (!CAUSTIC) {
-        // The coat for a direction along the normal: by the incoming angle it would be opaque at grazing angles, where it is
-        // not for the directions that follow, and the few survivors would carry many times the flux.
-        float half_cosine = sqrt(0.5 + 0.5 * clamp(-dot(s.shading, d), 0.0, 1.0));
-        p_diffuse = max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, half_cosine)));
-    }
-    float total = p_diffuse + p_reflect + p_transmit;
-    float norm = total > 1.0 ? 1.0 / total : 1.0;
+    if (!CAUSTIC) p_diffuse = diffuse_chance(s, d);
+    float norm = chance_norm(p_diffuse + p_reflect + p_transmit, true);
     p_diffuse *= norm;
     p_reflect *= norm;
     p_transmit *= norm;
@@ -203,12 +202,11 @@ Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint se
         // A thin sheet bends light back at once: the derivative of the direction is unchanged.
         if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));
     } else if (choice < p_reflect + p_transmit + p_diffuse) {
-        e.direction = from_basis(s.shading, cosine_hemisphere(u));
-        vec3 half_vector = normalize(e.direction - d);
-        vec3 coat = fresnel_schlick(s.f0, s.f90, abs(dot(half_vector, e.direction)));
+        vec3 reflectance;
+        e.direction = sample_diffuse(s, d, u, reflectance);
         bool above = dot(e.direction, s.geometric) > 0.0;
         e.probability = above ? p_diffuse : 0.0;
-        e.weight = s.diffuse * (1.0 - coat) * (shading_correction(s, -d, e.direction) / p_diffuse);
+        e.weight = reflectance * (shading_correction(s, -d, e.direction) / p_diffuse);
         e.state |= PATH_DIFFUSE;
         e.density = max(dot(e.direction, s.shading), 0.0) / PI;
         // Absorption and re-emission (eq. 13): as if it had started v behind the surface, with v keeping the footprint's area.
@@ -238,7 +236,8 @@ void main() {
     uint state = states[slot];
     Facet facet;
     Surface s = load_surface(hit, d, facet);
-    Differential f = differentials[slot];
+    Differential f = Differential(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
     if (ABSORPTION) {
         uint medium = state & PATH_MEDIUM_MASK;
         bool leaving = !s.front && (s.flags & MATERIAL_VOLUME) != 0u && max_component(s.transmission) > 0.0;
@@ -251,10 +250,13 @@ void main() {
         f.dp_v += hit.t * f.dd_v;
         e = Event(d, vec3(1.0), 1.0, state, INFINITY);
     } else {
-        transfer(f, d, s.geometric, hit.t);
+        if (FOOTPRINT != FOOTPRINT_NONE) transfer(f, d, s.geometric, hit.t);
         bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
         bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
-        if (kind && gathers) deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
+        if (kind && gathers) {
+            if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb);
+            else deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
+        }
         uint seed = hash2(hash2(pass[0].seed ^ (CAUSTIC ? 0x9d2c5681u : 0x2545f491u), pass[0].index), slot * 256u + params.bounce);
         e = scatter(s, facet, d, state, photon_flux.w, seed, f);
     }
@@ -267,6 +269,6 @@ void main() {
     rays[2u * slot + 1u] = vec4(e.direction, path_density);
     flux[slot] = vec4(photon_flux.rgb * e.weight, photon_flux.w);
     states[slot] = e.state;
-    differentials[slot] = f;
+    if (FOOTPRINT != FOOTPRINT_NONE) differentials[slot] = f;
     alive[j] = max_component(e.weight) > 0.0 ? 1u : 0u;
 }

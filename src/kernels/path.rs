@@ -1,0 +1,110 @@
+//! Path tracing from the eye with next-event estimation and multiple importance sampling: a reference for the photons.
+//!
+//! Each step is one of the eye paths' (the same kernels), light samples at the surfaces that gather (the same kernel), and
+//! one more that goes on there by a gathered lobe. Emitters that gathered lobes hit and those that light samples hit share
+//! the light by the balance heuristic (Veach 1997, section 9.2.2). A path that was followed through mirrors and glass
+//! counts what it hits in full: light samples see no way there.
+
+use super::Items;
+use super::eye::{self, Children, EyeHits, EyeSettings, LightSamples, Paths, SlotList, View};
+use super::generated::{PathLayers, PathLayersBindings, PathLayersParams, PathScatter, PathScatterBindings};
+use super::scene_data::Variant;
+use crate::graph::{Buf, Graph, Grid};
+
+/// Depth that the state of a path has bits for.
+pub const MOST_DEPTH: u32 = 254;
+
+/// Extent of the paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathSettings {
+    /// Pixels of the image; each has one path.
+    pub pixels: u32,
+    /// Most surfaces that a path meets after the first, at most [`MOST_DEPTH`].
+    pub max_depth: u32,
+    /// Light samples at each surface that gathers; 0 without lights.
+    pub light_samples: u32,
+    /// Whether layers are written.
+    pub aov: bool,
+}
+
+/// What the paths leave.
+#[derive(Debug)]
+pub struct PathLight {
+    /// Emission and direct light, first of all per pixel.
+    pub radiance: Buf<[f32; 4]>,
+    /// Caustic (seen at one surface that gathers, by way of mirrors and glass) and other light per pixel.
+    pub gathered: Buf<[f32; 4]>,
+    /// [`eye::AOV_FLOATS`] per pixel.
+    pub aov_first: Buf<f32>,
+    /// Paths that were still alive at the depth limit.
+    pub truncated: Buf<u32>,
+}
+
+/// Adds the passes of path tracing.
+pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSettings) -> PathLight {
+    let pixels = settings.pixels;
+    let eye_settings =
+        EyeSettings { pixels, slots: 1, max_depth: settings.max_depth.min(MOST_DEPTH), aov: settings.aov, path: true };
+    let mut paths = Paths::new(g, pixels);
+    // Three layers: direct light, then pairs of caustic and other light.
+    let mut result = EyeHits::new(g, eye_settings, 3 * pixels);
+    g.fill(&mut result.radiance, 0);
+    let mut list =
+        g.scope("eye generate", |g| eye::generate(g, view, (variant, eye_settings), &mut paths, &mut result));
+    for step in 0..=eye_settings.max_depth {
+        let mut children =
+            g.scope("eye bounce", |g| eye::bounce(g, view, (variant, eye_settings), &list, &mut paths, &mut result));
+        if settings.light_samples > 0 {
+            let samples = LightSamples { count: settings.light_samples, path: true };
+            let at = (&list.list, &list.count, &list.args);
+            g.scope("direct light", |g| {
+                eye::sample_lights(g, view, (variant, samples), at, (&result.hits, &mut result.radiance));
+            });
+        }
+        g.scope("path scatter", |g| {
+            let limit = eye_settings.max_depth;
+            scatter(g, view, (variant, limit), &list, &mut paths, (&mut result, &mut children));
+        });
+        if step < eye_settings.max_depth {
+            list = SlotList::select(g, Items::Counted(&children.places), &children.flags, &children.slots, pixels);
+        }
+    }
+    let gathered = layers(g, &result.radiance, pixels);
+    let EyeHits { radiance, aov_first, truncated, .. } = result;
+    PathLight { radiance, gathered, aov_first, truncated }
+}
+
+/// Goes on by the gathered lobes of the hits of this step.
+fn scatter(
+    g: &mut Graph,
+    (scene, camera): View<'_>,
+    (v, max_depth): (Variant, u32),
+    list: &SlotList,
+    paths: &mut Paths,
+    (result, children): (&mut EyeHits, &mut Children),
+) {
+    let bind = PathScatterBindings {
+        triangles: &scene.triangles,
+        camera,
+        pass: &scene.pass,
+        list: &list.list,
+        count: &list.count,
+        rays: &mut paths.rays,
+        eye_hits: &result.hits,
+        throughput: &mut paths.throughput,
+        states: &mut paths.states,
+        radiance: &mut result.radiance,
+        child_flags: &mut children.flags,
+        child_slots: &mut children.slots,
+        truncated: &mut result.truncated,
+    };
+    g.dispatch(PathScatter { glossy: v.glossy, max_depth }, Grid::Indirect(&list.args), (), bind);
+}
+
+/// Caustic and other light as the film takes them.
+fn layers(g: &mut Graph, radiance: &Buf<[f32; 4]>, pixels: u32) -> Buf<[f32; 4]> {
+    let mut gathered = g.buffer("gathered", 2 * pixels);
+    let bind = PathLayersBindings { radiance, gathered: &mut gathered };
+    g.dispatch(PathLayers, Grid::Threads(pixels), PathLayersParams { pixels }, bind);
+    gathered
+}

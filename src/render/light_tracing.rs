@@ -1,0 +1,39 @@
+//! Light tracing (`Method::Light`): the photons of a pass, whose places are connected to the camera instead of gathered.
+
+use super::frame::Content;
+use super::sampling::Sampling;
+use super::settings::{Method, Settings};
+use super::upload::device_camera;
+use crate::error::{Error, Result};
+use crate::graph::Graph;
+use crate::kernels::light::{self, Splats};
+use crate::kernels::photon::Deposits;
+use crate::kernels::scene_data::SceneBuffers;
+
+/// Refuses settings that light tracing has no meaning for.
+///
+/// # Errors
+/// [`Error::Usage`] for a lens and for sampling of density estimates.
+pub(super) fn check(settings: &Settings) -> Result<()> {
+    if settings.method != Method::Light {
+        return Ok(());
+    }
+    if settings.lens.is_some() {
+        let text = "--method light connects light to a pinhole or a parallel camera: leave --aperture out, or choose another method";
+        return Err(Error::Usage(text.into()));
+    }
+    if settings.sampling != Sampling::Full {
+        let text = "--method light estimates no density: leave --sampling out, or choose another method";
+        return Err(Error::Usage(text.into()));
+    }
+    Ok(())
+}
+
+/// What all pixels see of the light vertices of a pass.
+pub(super) fn splats(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
+    let Content { scene, device, settings } = content;
+    let mut camera = device_camera(scene, settings, 1);
+    camera.pixels = settings.pixels();
+    let camera = g.upload("whole_camera", &[camera]);
+    light::connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
+}
