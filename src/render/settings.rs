@@ -69,7 +69,8 @@ pub struct Settings {
     pub blinn_phong: bool,
     /// Whether layers (albedo, normal, depth, direct, indirect, caustic) are kept.
     pub layers: bool,
-    /// Surfaces that an eye path may meet after its first.
+    /// Surfaces that an eye path may meet after its first; [`Method::Path`] takes the larger of this and `photon_bounces`, at
+    /// most 254.
     pub eye_depth: u32,
     /// Surfaces that a photon may meet.
     pub photon_bounces: u32,
