@@ -13,3 +13,4 @@ mod lens;
 mod mirrors;
 mod specular;
 mod variants;
+mod walls;
