@@ -2,9 +2,11 @@
 //!
 //! A picture travels one way: [`accumulate`] holds the sums of all passes ([`exact`]), [`image`] the finished layers,
 //! [`post`] changes them where it is asked to, [`exr`] and [`png`] encode them ([`tonemap`] for the latter), and
-//! [`output`] makes the files appear whole or not at all. [`metrics`] compares a picture with a reference.
+//! [`output`] makes the files appear whole or not at all. [`metrics`] compares a picture with a reference;
+//! [`error_estimate`] tells how wrong a film is without one, with the [`quantiles`] of its errors.
 
 pub mod accumulate;
+pub mod error_estimate;
 pub mod exact;
 pub mod exr;
 pub mod image;
@@ -12,4 +14,5 @@ pub mod metrics;
 pub mod output;
 pub mod png;
 pub mod post;
+pub mod quantiles;
 pub mod tonemap;
