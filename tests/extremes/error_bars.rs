@@ -80,15 +80,21 @@ impl Trial {
         score
     }
 
-    /// A scene without surprises: bounds are of use, and the error of the picture is right.
+    /// The error of the picture is right, but for a factor of 1.5 downwards and `most` upwards.
+    fn check_picture(&self, most: f64) {
+        let (found, truth) = self.relative();
+        let ratio = found.expect("known") / truth;
+        assert!((1.0 / 1.5..most).contains(&ratio), "{}: {found:?}, true {truth}", self.name);
+    }
+
+    /// A scene without surprises: bounds are of use (2.4 times the error is the least that holds for 90 %), halves of them hold
+    /// too seldom, and the error of the picture is right.
     fn check_ordinary(&self) {
         let score = self.check();
         assert!(score.width < 8.0, "{}: bounds are too wide, {score:?}", self.name);
-        let half = self.score(self.shot.model, 0.3);
-        assert!(half.held < 0.85, "{}: the check cannot fail, {half:?}", self.name);
-        let (found, truth) = self.relative();
-        let ratio = found.expect("known") / truth;
-        assert!((1.0 / 1.5..1.5).contains(&ratio), "{}: {found:?}, true {truth}", self.name);
+        let half = self.score(self.shot.model, 0.5);
+        assert!(half.held < 0.9, "{}: the check cannot fail, {half:?}", self.name);
+        self.check_picture(1.5);
     }
 }
 
@@ -103,7 +109,7 @@ fn furnace() {
     let camera = Camera::look_at([0.3, 0.1, -0.2], [-1.0, -0.3, 0.4], [0.0, 1.0, 0.0], 1.5);
     let sphere = Mesh::sphere([0.0; 3], 1.0, 32, 64).flipped();
     let scene = Scene::from_parts(vec![(sphere, wall)], vec![], camera);
-    Trial::of("furnace", &scene, plain(20_000), 16, |_, _| 1.0).check_ordinary();
+    Trial::of("furnace", &scene, plain(10_000), 32, |_, _| 1.0).check_ordinary();
 }
 
 /// Case 4: direct light by shadow rays, and light after the first reflection, uniform, by photons.
@@ -126,7 +132,7 @@ fn integrating_sphere() {
         let indirect = albedo * intensity / (radius * radius * (1.0 - albedo));
         albedo / PI * (intensity * cosine / d2 + indirect)
     };
-    Trial::of("integrating sphere", &scene, plain(20_000), 16, truth).check_ordinary();
+    Trial::of("integrating sphere", &scene, plain(10_000), 32, truth).check_ordinary();
 }
 
 /// Case 5: a point light and its image in a mirror, which only photons show.
@@ -135,11 +141,17 @@ fn point_light_by_way_of_a_mirror() {
     let floor = Mesh::quad([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
     let ceiling = Mesh::quad([-1.5, 1.0, -1.5], [3.0, 0.0, 0.0], [0.0, 0.0, 3.0]);
     let light = Light::Point { position: [0.0, 0.5, 0.0], intensity: [2.0; 3] };
-    let parts = vec![(floor, Material::lambert([1.0; 3])), (ceiling, Material::mirror())];
+    // Dark, so that what goes up and comes back does not count.
+    let albedo = 0.01;
+    let parts = vec![(floor, Material::lambert([albedo as f32; 3])), (ceiling, Material::mirror())];
     let scene = Scene::from_parts(parts, vec![light], from_above([0.0, 0.25, 0.0], 1.0));
-    let from = |h: f64, x: f64, y: f64| 2.0 * h / (h * h + x * x + y * y).powf(1.5) / PI;
+    let from = |h: f64, x: f64, y: f64| albedo * 2.0 * h / (h * h + x * x + y * y).powf(1.5) / PI;
     let truth = |x: f64, y: f64| from(0.5, x, y) + from(1.5, x, y);
-    Trial::of("point light and mirror", &scene, plain(20_000), 16, truth).check_ordinary();
+    let trial = Trial::of("point light and mirror", &scene, plain(20_000), 32, truth);
+    trial.check();
+    // Photons of one light are spread evenly over its directions and come here as they were sent: the mean over passes is
+    // better than their spread tells.
+    trial.check_picture(4.0);
 }
 
 /// A mirror throws the sun's light on the floor: a caustic with sharp edges, where the bias is no multiple of r^2.
@@ -156,7 +168,9 @@ fn edges_of_a_caustic() {
         let (x, y) = (0.95 * x, 0.95 * y);
         f64::from(s) / PI * if x < 0.0 && y.abs() < 0.5 { 2.0 } else { 1.0 }
     };
-    Trial::of("edges", &scene, plain(20_000), 16, truth).check();
+    let trial = Trial::of("edges", &scene, plain(20_000), 32, truth);
+    trial.check();
+    trial.check_picture(4.0);
 }
 
 /// A lamp above, a floor below, and between them a plate with a square hole; the ceiling is lit and alone sends light through the hole.
@@ -210,7 +224,7 @@ fn case_39_keyhole() {
 /// The same with a hole that some photons pass: most pixels have met none, some a few.
 #[test]
 fn case_39_wider_keyhole() {
-    let (scene, truth) = keyhole(0.05);
+    let (scene, truth) = keyhole(0.15);
     let trial = Trial::of("wider keyhole", &scene, plain(20_000), 32, truth);
     trial.check();
     let black = trial.shot.red("").iter().filter(|x| **x == 0.0).count();
@@ -231,7 +245,7 @@ fn case_39_light_in_a_glass_bulb() {
     ];
     let scene = Scene::from_parts(parts, vec![light], camera);
     let radiance = albedo / PI * intensity / (radius * radius * (1.0 - albedo));
-    let trial = Trial::of("bulb", &scene, plain(20_000), 16, |_, _| radiance);
+    let trial = Trial::of("bulb", &scene, plain(10_000), 32, |_, _| radiance);
     assert_eq!(trial.shot.model.bias, Bias::Estimated);
     trial.check_ordinary();
 }
