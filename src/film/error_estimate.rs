@@ -294,7 +294,7 @@ mod tests {
     /// A film of rows of 50 pixels, or of one shorter row, with the passes 0 .. `passes` of the grey values `value(pixel, pass, x)`.
     fn film(pixels: u32, passes: u64, mut value: impl FnMut(u32, u64, f32) -> f32) -> Film {
         let width = pixels.min(50);
-        let mut film = Film::new(width, if width > 0 { pixels / width } else { 0 }, [3, 0], false);
+        let mut film = Film::new(width, pixels.checked_div(width).unwrap_or(0), [3, 0], false);
         film.passes = PassSet::of(0..passes);
         for (pixel, sums) in film.sums.iter_mut().enumerate() {
             for pass in 0..passes {
