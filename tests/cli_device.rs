@@ -315,7 +315,7 @@ fn a_render_writes_whole_files_and_the_same_pixels_again() {
     let a = picture(folder.path(), "a.exr");
     assert_eq!((a.width, a.height), (32, 24));
     let layers: Vec<&str> = a.layers.iter().map(|layer| layer.name.as_str()).collect();
-    for name in ["", "albedo", "normal", "depth", "direct", "indirect", "caustic"] {
+    for name in ["", "albedo", "normal", "depth", "direct", "indirect", "caustic", "error"] {
         assert!(layers.contains(&name), "{name} in {layers:?}");
     }
     let png = image::open(folder.path().join("a.png")).expect("a PNG").to_rgb8();
@@ -401,11 +401,11 @@ fn passes_after_the_render_change_what_they_say_and_are_written_down() {
 
     // Linear passes change the beauty layer alone, and need no layer in the file.
     assert_ne!(bits(&plain, ""), bits(&all, ""));
-    for layer in ["albedo", "normal", "depth", "direct", "indirect", "caustic"] {
+    for layer in ["albedo", "normal", "depth", "direct", "indirect", "caustic", "error"] {
         assert_eq!(bits(&plain, layer), bits(&all, layer), "{layer}");
     }
     let post = picture(folder.path(), "post.exr");
-    assert_eq!(post.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>(), [""]);
+    assert_eq!(post.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>(), ["", "error"]);
     assert_eq!(bits(&post, ""), bits(&all, ""));
     let written =
         "ssao radius 1.5 strength 1; screen-space depth of field, aperture radius 0.3 focus 6; bloom 0.2 size 0.08";
@@ -453,6 +453,33 @@ fn a_lens_blurs_and_is_written_down() {
     }
     assert!(!folder.path().join("no.exr").exists());
     success("render parallel.gltf --size 4x4 --passes 1 --device % -q -o yes.exr --ssao 1 --bloom 0.1", folder.path());
+}
+
+#[test]
+fn a_render_ends_at_its_target_error_and_says_so() {
+    let _turn = turn();
+    let folder = folder();
+    let line = "render @cornell.glb --size 32x24 --photons 10000 --device %";
+    let output = run(&format!("{line} --target-error 0.3 --time 5m -o a.exr --report a.json"), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let last = text(&output.stdout);
+    assert!(last.contains(" % (estimated), stopped at the target error: a.exr"), "{last}");
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("a.json")).expect("written")).expect("JSON");
+    assert_eq!((&report["stop_reason"], &report["error"]["target"]), (&"target error reached".into(), &0.3.into()));
+    let error = report["error"]["estimated"].as_f64().expect("known");
+    assert!(error > 0.0 && error <= 0.3 && report["passes"].as_u64() >= Some(8), "{report}");
+    let (picture, metadata) = exr::read(&folder.path().join("a.exr")).expect("a whole picture");
+    assert_eq!(metadata["estimated_error"], exr::Value::Number(error));
+    assert_eq!(metadata["stop_reason"], exr::Value::Text("target error reached".into()));
+    assert_eq!(metadata["error_confidence"], exr::Value::Number(0.9));
+    let bounds = &picture.layer("error").expect("in every EXR").data;
+    assert!(bounds.iter().all(|x| x.is_finite() && *x >= 0.0) && bounds.iter().any(|x| *x > 0.0));
+
+    // Limits cap the target, and one pass does not know its error.
+    let last = success(&format!("{line} -q --target-error 0.0001 --passes 1 -o b.exr"), folder.path());
+    assert!(last.starts_with("1 pass in ") && last.contains("error unknown, stopped by passes"), "{last}");
+    assert!(!exr::read(&folder.path().join("b.exr")).expect("whole").1.contains_key("estimated_error"));
 }
 
 #[test]

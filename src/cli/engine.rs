@@ -6,10 +6,11 @@ use super::flags::DeviceArgs;
 use super::flags_post::{Aperture, DepthOfField, LensArgs};
 use super::progress::Status;
 use super::render::{Rendered, Request, Watch};
+use super::stop::{CONFIDENCE, Judge, Outcome, Stop};
 use super::values::{Aov, Bsdf, FootprintRule, choose_camera};
 use crate::error::{Error, Result};
 use crate::film::exr::{Metadata, RenderInfo, Value};
-use crate::film::image::Picture;
+use crate::film::image::{Channels, Picture};
 use crate::film::post::defocus::Defocus;
 use crate::film::post::{Post, View};
 use crate::film::tonemap::ToneMap;
@@ -43,7 +44,11 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     let mut trace = Vec::new();
     let start = Instant::now();
     let mut index = 0;
-    while !watch.is_stopped() {
+    let mut judge = Judge::new(request.limit, request.target_error, watch.is_shown());
+    let stop = loop {
+        if watch.is_stopped() {
+            break Stop::Interrupted;
+        }
         session.run_pass(index)?;
         index += 1;
         if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
@@ -52,15 +57,20 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
         let seconds = start.elapsed().as_secs_f64();
         let (caustic, global) = session.photons_per_pass();
         let photons = index * u64::from(caustic + global);
-        let more = watch.pass_done(Status { passes: index, photons, seconds });
-        let enough = request.limit.passes.is_some_and(|n| index >= n);
-        if !more || enough || request.limit.seconds.is_some_and(|limit| seconds >= limit) {
-            break;
+        let mut status = Status { passes: index, photons, seconds, ..Status::default() };
+        if judge.is_due(&status) {
+            let begin = Instant::now();
+            judge.record(&status, session.error_estimate()?.relative, begin.elapsed());
         }
-    }
+        judge.complete(&mut status);
+        watch.pass_done(status);
+        if let Some(stop) = judge.decide(&status) {
+            break stop;
+        }
+    };
     let seconds = start.elapsed().as_secs_f64();
     runtime.device().check_validation()?;
-    finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, trace })
+    finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, stop, trace })
 }
 
 /// Events beyond this are not kept: a trace viewer would not open them.
@@ -70,6 +80,7 @@ struct Measured {
     loaded: f64,
     prepared: f64,
     seconds: f64,
+    stop: Stop,
     trace: Vec<Timing>,
 }
 
@@ -98,7 +109,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         amplification: request.light.bounds_stage,
         record: request.light.photon_record,
         blinn_phong: request.light.bsdf == Bsdf::BlinnPhong,
-        layers: !request.view.aov.is_empty() || needs_layers,
+        layers: request.view.aov.iter().any(|aov| *aov != Aov::Error) || needs_layers,
         caustic_smoothing: request.light.caustic_smoothing.unwrap_or(defaults.caustic_smoothing),
         largest_footprint: request.light.largest_footprint.unwrap_or(defaults.largest_footprint),
         fold: !request.light.no_fold,
@@ -197,16 +208,22 @@ fn finish(
         device: device.info().name.clone(),
         scene: request.scene.display().to_string(),
     };
-    let mut picture = session.picture()?;
+    let film = session.film()?;
+    let estimate = session.error_of(&film);
+    let outcome = Outcome { error: estimate.relative, stop: measured.stop };
+    let mut picture = film.picture();
     let start = Instant::now();
     after.post.apply(&mut picture, &after.view)?;
     let seconds_after = start.elapsed().as_secs_f64();
-    let picture = wanted_layers(picture, &request.view.aov);
+    let mut picture = wanted_layers(picture, &request.view.aov);
+    picture.push(Aov::Error.name(), Channels::Rgb, estimate.bound(CONFIDENCE));
     let mut report = report(session, &info, &measured, runtime)?;
     report["after_the_render"] = after.report(request);
     report["after_the_render"]["seconds"] = seconds_after.into();
+    report["stop_reason"] = measured.stop.reason().into();
+    report["error"] = outcome.report(&estimate, request.target_error);
     let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
-    Ok(Rendered { picture, info, notes: after.notes(), report, trace })
+    Ok(Rendered { picture, info, notes: after.notes(), outcome, report, trace })
 }
 
 fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {

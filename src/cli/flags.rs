@@ -49,7 +49,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "CAMERA", default_value = "0")]
     pub camera: String,
 
-    /// Additional layers of an EXR, separated by commas; a PNG has none
+    /// Additional layers of an EXR, separated by commas; a PNG has none. The layer `error` is always there
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     pub aov: Vec<Aov>,
 }
@@ -58,13 +58,20 @@ pub struct ViewArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Effort")]
 pub struct EffortArgs {
+    /// End when the estimated error of the picture is this: 2% or 0.02, the root of the mean over pixels of the squared
+    /// relative error, noise and bias together. --time and --passes are caps; without them a target alone renders until it is
+    /// reached (Ctrl-C writes what is finished)
+    /// [default: 1% without --passes and --time, otherwise none]
+    #[arg(long, value_name = "ERROR", value_parser = super::stop::fraction, allow_negative_numbers = true)]
+    pub target_error: Option<f64>,
+
     /// Passes to render; each refines the whole picture. With --time, what comes first ends the render
     /// [default: as many as the time allows]
     #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
     pub passes: Option<u64>,
 
     /// Rendering time, such as 30s, 2m, 1h30m; loading is not included, and the pass that is running then is finished
-    /// [default: 30s without --passes]
+    /// [default: 30s without --passes and --target-error]
     #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
     pub time: Option<f64>,
 

@@ -19,6 +19,7 @@ pub mod info;
 pub mod interrupt;
 pub mod progress;
 pub mod render;
+mod stop;
 pub mod values;
 
 use std::ffi::OsString;

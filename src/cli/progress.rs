@@ -4,6 +4,8 @@ use std::io::{IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::stop::percent;
+
 /// Totals of a render so far.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Status {
@@ -13,9 +15,13 @@ pub struct Status {
     pub photons: u64,
     /// Rendering time in seconds.
     pub seconds: f64,
+    /// Relative error of the picture by the last estimate; `None` while it is unknown.
+    pub error: Option<f64>,
+    /// Seconds until the error is at its target; `None` while that is unknown or without a target.
+    pub left: Option<f64>,
 }
 
-/// When a render ends: at the first limit it reaches. At least one is set.
+/// When a render ends: at the first limit it reaches. Without any it goes on until its target error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Number of passes.
@@ -29,7 +35,8 @@ impl Limit {
     fn fraction(self, status: Status) -> f64 {
         let by_passes = self.passes.map_or(0.0, |limit| status.passes as f64 / limit as f64);
         let by_time = self.seconds.map_or(0.0, |limit| status.seconds / limit);
-        by_passes.max(by_time).min(1.0)
+        let by_error = status.left.map_or(0.0, |left| status.seconds / (status.seconds + left).max(f64::MIN_POSITIVE));
+        by_passes.max(by_time).max(by_error).min(1.0)
     }
 
     /// Seconds that are left at the pace so far; `None` while that is unknown.
@@ -39,10 +46,7 @@ impl Limit {
             left * status.seconds / status.passes as f64
         });
         let by_time = self.seconds.map(|limit| (limit - status.seconds).max(0.0));
-        match (by_passes, by_time) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        }
+        [by_passes, by_time, status.left].into_iter().flatten().reduce(f64::min)
     }
 }
 
@@ -106,6 +110,11 @@ impl Progress {
         }
     }
 
+    /// Whether anything is shown.
+    pub fn is_shown(&self) -> bool {
+        !matches!(self.display, Display::Quiet)
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
@@ -139,6 +148,9 @@ fn message(status: Status, limit: Limit) -> String {
     let mut text = format!("pass {}{of}", status.passes);
     if status.photons > 0 && status.seconds > 0.0 {
         text += &format!(", {} photons/s", si(status.photons as f64 / status.seconds));
+    }
+    if let Some(error) = status.error {
+        text += &format!(", error {}", percent(error));
     }
     if let Some(seconds) = limit.remaining(status) {
         text += &format!(", {} left", clock(seconds));
@@ -182,7 +194,7 @@ mod tests {
     const BY_PASSES: Limit = Limit { passes: Some(100), seconds: None };
     const BY_TIME: Limit = Limit { passes: None, seconds: Some(60.0) };
     const BOTH: Limit = Limit { passes: Some(100), seconds: Some(60.0) };
-    const QUARTER: Status = Status { passes: 25, photons: 50_000_000, seconds: 10.0 };
+    const QUARTER: Status = Status { passes: 25, photons: 50_000_000, seconds: 10.0, error: None, left: None };
 
     #[test]
     fn the_nearer_limit_counts() {
@@ -200,6 +212,11 @@ mod tests {
         assert_eq!(message(QUARTER, BY_PASSES), "pass 25/100, 5.00 M photons/s, 30 s left");
         assert_eq!(message(QUARTER, BY_TIME), "pass 25, 5.00 M photons/s, 50 s left");
         assert_eq!(message(Status::default(), BY_PASSES), "pass 0/100");
+        let with_target = Status { error: Some(0.0134), left: Some(5.0), ..QUARTER };
+        assert_eq!(message(with_target, BY_TIME), "pass 25, 5.00 M photons/s, error 1.3 %, 5 s left");
+        assert_eq!(BY_TIME.fraction(with_target), 10.0 / 15.0);
+        let far = Status { left: Some(1e6), ..with_target };
+        assert_eq!(BY_TIME.remaining(far), Some(50.0), "limits cap the target");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use clap::Args;
 use super::flags::{DeviceArgs, EffortArgs, LightArgs, OutputArgs, ViewArgs};
 use super::flags_post::{LensArgs, PostArgs};
 use super::progress::{Limit, Progress, Status};
+use super::stop::{DEFAULT_TARGET, Outcome};
 use super::values::Aov;
 use super::{check_readable, engine, interrupt, print};
 use crate::error::{Error, Result};
@@ -18,7 +19,8 @@ use crate::film::tonemap::ToneMap;
 
 const EXAMPLES: &str = "\
 Examples:
-  nephroid render cup.glb -o cup.png                     30 s, 640x480
+  nephroid render cup.glb -o cup.png                     an error of 1 % or 30 s, 640x480
+  nephroid render cup.glb -o cup.exr --target-error 0.5% --time 1h
   nephroid render cup.glb -o cup.exr -o cup.png --size 1920x1080 --time 10m
   nephroid render ring.gltf -o ring.exr --passes 256 --aov caustic,depth --seed 7
   nephroid render car.gltf -o car.png --environment sky.exr --exposure -1
@@ -26,7 +28,7 @@ Examples:
 
 Ctrl-C ends a render early and writes what is finished; a second Ctrl-C writes nothing.";
 
-/// Rendering time where neither passes nor time are given, in seconds.
+/// Rendering time where neither passes nor time nor error are given, in seconds.
 const DEFAULT_SECONDS: f64 = 30.0;
 
 /// Flags of `nephroid render`.
@@ -79,6 +81,8 @@ pub struct Request {
     pub seed: u64,
     /// When to end.
     pub limit: Limit,
+    /// Relative error at which to end, too.
+    pub target_error: Option<f64>,
     /// Device and validation.
     pub device: DeviceArgs,
     /// Whether a trace shall be recorded.
@@ -94,6 +98,8 @@ pub struct Rendered {
     pub info: RenderInfo,
     /// More for the metadata: the lens and the passes after the film, where there are any.
     pub notes: Metadata,
+    /// The error of the picture, and why the render ended.
+    pub outcome: Outcome,
     /// Content of `--report`.
     pub report: serde_json::Value,
     /// Content of `--trace`, if it was wanted.
@@ -111,6 +117,11 @@ impl Watch<'_> {
     pub fn pass_done(&mut self, status: Status) -> bool {
         self.progress.update(status);
         !self.is_stopped()
+    }
+
+    /// Whether the user sees the progress.
+    pub fn is_shown(&self) -> bool {
+        self.progress.is_shown()
     }
 
     /// Shows a warning, unless the user wants quiet.
@@ -160,8 +171,10 @@ fn run_with(
 fn request(args: &RenderArgs) -> Result<Request> {
     check_readable(&args.scene)?;
     args.light.environment.iter().try_for_each(|path| check_readable(path))?;
-    let EffortArgs { passes, time, photons, seed } = args.effort;
-    let seconds = time.or_else(|| passes.is_none().then_some(DEFAULT_SECONDS));
+    let EffortArgs { target_error, passes, time, photons, seed } = args.effort;
+    let is_open = target_error.is_none() && passes.is_none() && time.is_none();
+    let seconds = time.or(is_open.then_some(DEFAULT_SECONDS));
+    let target_error = target_error.or(is_open.then_some(DEFAULT_TARGET));
     let mut view = args.view.clone();
     view.aov = Aov::resolve(&view.aov);
     Ok(Request {
@@ -173,6 +186,7 @@ fn request(args: &RenderArgs) -> Result<Request> {
         photons,
         seed,
         limit: Limit { passes, seconds },
+        target_error,
         device: args.device.clone(),
         wants_trace: args.output.trace.is_some(),
     })
@@ -209,6 +223,7 @@ fn write_files(files: &Files, rendered: &Rendered, args: &RenderArgs) -> Result<
         let display = args.post.display(map);
         let mut metadata = rendered.info.metadata();
         metadata.extend(rendered.notes.clone());
+        metadata.extend(rendered.outcome.metadata());
         files.pictures.iter().try_for_each(|output| output.write(&rendered.picture, &metadata, display))?;
     }
     if let Some(destination) = &files.report {
@@ -227,12 +242,13 @@ fn last_line(files: &Files, rendered: &Rendered) -> String {
         files.pictures.iter().map(|output| output.destination().path().display().to_string()).collect();
     let written = if passes > 0 { names.join(", ") } else { "nothing to write".into() };
     let plural = if passes == 1 { "" } else { "es" };
-    format!("{passes} pass{plural} in {seconds:.2} s: {written}")
+    format!("{passes} pass{plural} in {seconds:.2} s, {}: {written}", rendered.outcome.describe())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::stop::Stop;
     use crate::cli::values::Size;
     use crate::film::exr;
     use crate::film::image::Channels;
@@ -265,7 +281,8 @@ mod tests {
         picture.push("", Channels::Rgb, vec![0.25; 3]);
         let info = RenderInfo { passes, seconds: 1.5, ..RenderInfo::default() };
         let report = serde_json::json!({ "passes": passes });
-        Rendered { picture, info, notes: Metadata::new(), report, trace: Some("[]".into()) }
+        let outcome = Outcome { error: Some(0.0123), stop: Stop::Time };
+        Rendered { picture, info, notes: Metadata::new(), outcome, report, trace: Some("[]".into()) }
     }
 
     fn names_in(folder: &tempfile::TempDir) -> Vec<String> {
@@ -294,11 +311,17 @@ mod tests {
     }
 
     #[test]
-    fn thirty_seconds_unless_a_limit_is_given() {
+    fn one_percent_or_thirty_seconds_unless_a_limit_is_given() {
         let folder = folder();
-        let limit = |line: &str| request(&args(&folder, line)).expect("valid").limit;
-        assert_eq!(limit("-o @/a.exr"), Limit { passes: None, seconds: Some(30.0) });
-        assert_eq!(limit("-o @/a.exr --passes 3"), Limit { passes: Some(3), seconds: None });
+        let limit = |line: &str| {
+            let request = request(&args(&folder, &format!("-o @/a.exr {line}"))).expect("valid");
+            (request.target_error, request.limit.passes, request.limit.seconds)
+        };
+        assert_eq!(limit(""), (Some(0.01), None, Some(30.0)));
+        assert_eq!(limit("--passes 3"), (None, Some(3), None));
+        assert_eq!(limit("--time 5s"), (None, None, Some(5.0)));
+        assert_eq!(limit("--target-error 2%"), (Some(0.02), None, None));
+        assert_eq!(limit("--target-error 0.02 --time 5s --passes 9"), (Some(0.02), Some(9), Some(5.0)));
     }
 
     #[test]
@@ -315,6 +338,8 @@ mod tests {
         let (picture, metadata) = exr::read(&folder.path().join("a.exr")).expect("our own file");
         assert_eq!(picture, rendered(3).picture);
         assert_eq!(metadata["passes"], exr::Value::Count(3));
+        assert_eq!(metadata["estimated_error"], exr::Value::Number(0.0123));
+        assert_eq!(metadata["stop_reason"], exr::Value::Text("time".into()));
         let report = fs::read_to_string(folder.path().join("report.json")).expect("read");
         assert_eq!(report, "{\n  \"passes\": 3\n}\n");
     }
@@ -365,11 +390,12 @@ mod tests {
     }
 
     #[test]
-    fn the_last_line_has_seconds_and_passes() {
+    fn the_last_line_has_seconds_error_and_reason() {
         let folder = folder();
         let args = args(&folder, "-o @/a.exr -o @/b.png");
         let line = last_line(&check_files(&args).expect("writable"), &rendered(118));
         let path = folder.path().display();
-        assert_eq!(line, format!("118 passes in 1.50 s: {path}/a.exr, {path}/b.png"));
+        let numbers = "118 passes in 1.50 s, error 1.2 % (estimated), stopped by time";
+        assert_eq!(line, format!("{numbers}: {path}/a.exr, {path}/b.png"));
     }
 }

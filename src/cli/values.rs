@@ -288,6 +288,9 @@ pub enum Aov {
     Indirect,
     /// Light focused by mirrors and glass
     Caustic,
+    /// What the error of the colour stays below with 90 % confidence, per channel, by the render's own estimate of noise and
+    /// bias, before passes over the finished picture; every EXR has it
+    Error,
     /// All of these
     All,
 }
@@ -302,6 +305,7 @@ impl Aov {
             Self::Direct => "direct",
             Self::Indirect => "indirect",
             Self::Caustic => "caustic",
+            Self::Error => "error",
             Self::All => "all",
         }
     }
@@ -442,7 +446,7 @@ mod tests {
     fn layers_come_once_and_in_order() {
         use Aov::{Albedo, All, Caustic, Depth};
         assert_eq!(Aov::resolve(&[Depth, Albedo, Depth]), [Albedo, Depth]);
-        assert_eq!(Aov::resolve(&[Caustic, All]).len(), 6);
+        assert_eq!(Aov::resolve(&[Caustic, All]).len(), 7);
         assert_eq!(Aov::resolve(&[]), []);
     }
 }

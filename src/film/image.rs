@@ -30,7 +30,7 @@ impl Channels {
 /// One layer of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Empty for the beauty layer; otherwise `albedo`, `normal`, `depth`, `direct`, `indirect`, `caustic`.
+    /// Empty for the beauty layer; otherwise `albedo`, `normal`, `depth`, `direct`, `indirect`, `caustic`, `error`.
     pub name: String,
     /// Meaning of the numbers.
     pub channels: Channels,

@@ -88,6 +88,16 @@ impl LightTable {
         }
     }
 
+    /// The power of all lights, were they all of the colour of the one that has most of it: for each channel a bound of what
+    /// photons carry.
+    pub fn greatest_power(&self) -> [f64; 3] {
+        let sky = self.environment.iter().fold([0.0; 3], |sum, texel| std::array::from_fn(|k| sum[k] + texel[k]));
+        let colours = self.lights.iter().map(|light| if light.kind == ENVIRONMENT { sky } else { light.emission });
+        let shares = colours.map(|c| (c, luminance(c))).filter(|(_, y)| *y > 0.0 && y.is_finite());
+        shares
+            .fold([0.0; 3], |most, (c, y)| std::array::from_fn(|k| f64::max(most[k], f64::from(c[k]) / y * self.power)))
+    }
+
     /// Exponents of the powers of two near which radiance and depths of a scene of this radius lie: what the film counts them
     /// in. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
     pub fn film_exponents(&self, scene: &Scene, radius: f64) -> [i32; 2] {

@@ -1,6 +1,7 @@
 //! Rendering: the scene on the device, the pass list of a frame, and the session that runs passes.
 
 mod casters;
+mod error_model;
 mod estimator;
 mod estimator_bytes;
 mod frame;

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::error_model;
 use super::estimator::{self, Estimator};
 use super::estimator_bytes::{self, EstimatorBytes};
 use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
@@ -14,6 +15,7 @@ use super::settings::{Lens, Method, Settings};
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
+use crate::film::error_estimate::{ErrorEstimate, Model, Schedule};
 use crate::film::exact::ExactSum;
 use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing};
@@ -286,6 +288,25 @@ impl Session {
             }
         }
         Ok(film)
+    }
+
+    /// The error of the film so far: downloads the film.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn error_estimate(&self) -> Result<ErrorEstimate> {
+        Ok(self.error_of(&self.film()?))
+    }
+
+    /// The error of a film of this render or of a part of it.
+    pub fn error_of(&self, film: &Film) -> ErrorEstimate {
+        let schedule = Schedule::of(&film.passes, |index| self.settings.radius_scale(index));
+        ErrorEstimate::of(film, schedule, self.error_model())
+    }
+
+    /// What has to be known of this render, besides its film, to estimate its error.
+    pub fn error_model(&self) -> Model {
+        error_model::of(&self.settings, self.estimator(), &self.device_scene, &self.budget)
     }
 
     /// Puts a film of the same render in place of this one's: passes that follow are added to it, bit for bit as if the

@@ -52,6 +52,10 @@ pub struct DeviceScene {
     pub(super) lanes: Lanes,
     /// Exponents of the powers of two that the film counts radiance and depth in.
     pub(super) exponents: [i32; 2],
+    /// Power of all lights, were they all of the colour of the one that has most of it: red, green, blue [W].
+    pub(super) light_power: [f64; 3],
+    /// Radius of the scene's sphere.
+    pub(super) radius: f32,
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -127,6 +131,8 @@ impl DeviceScene {
             most_deposits: memory.most_deposits(),
             lanes: memory.lanes(),
             exponents: table.film_exponents(scene, f64::from(radius)),
+            light_power: table.greatest_power(),
+            radius,
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();

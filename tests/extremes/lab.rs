@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use nephroid::film::accumulate::Film;
+use nephroid::film::error_estimate::Model;
 use nephroid::film::image::Picture;
 use nephroid::graph::Runtime;
 use nephroid::render::{Session, Settings, Statistics};
@@ -32,6 +33,8 @@ pub struct Shot {
     pub moments: Vec<[f64; 9]>,
     /// The film itself.
     pub film: Film,
+    /// What is known of the render besides its film.
+    pub model: Model,
     /// Triangles left out of the tree.
     pub skipped: u32,
     /// Lights that photons may start from.
@@ -68,6 +71,7 @@ impl Shot {
             statistics: session.statistics().expect("counts"),
             moments: session.moments().expect("sums"),
             film: session.film().expect("the film"),
+            model: session.error_model(),
             skipped: session.device_scene().skipped_triangles,
             lights: session.device_scene().light_count,
         };

@@ -6,6 +6,7 @@
 
 mod degenerate;
 mod differentials;
+mod error_bars;
 mod exact;
 mod lab;
 mod lambert;

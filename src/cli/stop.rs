@@ -1,0 +1,291 @@
+//! When a render ends: at its target error, time or passes, or because the user says so; and how long that will take.
+
+use std::time::Duration;
+
+use super::progress::{Limit, Status};
+use crate::film::error_estimate::ErrorEstimate;
+use crate::film::exr::{Metadata, Value};
+
+/// Target where neither error nor time nor passes are given.
+pub const DEFAULT_TARGET: f64 = 0.01;
+
+/// Confidence of the layer `error`.
+pub const CONFIDENCE: f64 = 0.9;
+
+/// Passes that an estimate must rest on before a render ends by it.
+const LEAST_PASSES: u64 = 8;
+
+/// Why a render ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The estimated error reached the target.
+    Target,
+    /// The time was up.
+    Time,
+    /// All passes were done.
+    Passes,
+    /// The user wanted it.
+    Interrupted,
+}
+
+impl Stop {
+    /// For metadata and reports.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Target => "target error reached",
+            Self::Time => "time",
+            Self::Passes => "passes",
+            Self::Interrupted => "interrupted",
+        }
+    }
+
+    /// For the last line.
+    fn sentence(self) -> &'static str {
+        match self {
+            Self::Target => "stopped at the target error",
+            Self::Time => "stopped by time",
+            Self::Passes => "stopped by passes",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// How a render ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Estimated relative error of the picture, [`ErrorEstimate::relative`].
+    pub error: Option<f64>,
+    /// Why it ended.
+    pub stop: Stop,
+}
+
+impl Outcome {
+    /// For the last line: `error 1.3 % (estimated), stopped by time`.
+    pub fn describe(&self) -> String {
+        let error = self.error.map_or("error unknown".into(), |e| format!("error {} (estimated)", percent(e)));
+        format!("{error}, {}", self.stop.sentence())
+    }
+
+    /// For an EXR: `estimated_error` (where it is known), `stop_reason`, and `error_confidence`, that of the layer `error`.
+    pub fn metadata(&self) -> Metadata {
+        let error = self.error.map(|error| ("estimated_error", Value::Number(error)));
+        let reason = ("stop_reason", Value::Text(self.stop.reason().into()));
+        let all = error.into_iter().chain([reason, ("error_confidence", Value::Number(CONFIDENCE))]);
+        all.map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
+    /// For the report.
+    pub fn report(&self, estimate: &ErrorEstimate, target: Option<f64>) -> serde_json::Value {
+        serde_json::json!({
+            "estimated": self.error, "target": target, "bias": estimate.bias.name(), "confidence": CONFIDENCE,
+        })
+    }
+}
+
+/// Two digits: `1.3 %`, `0.021 %`, `120 %`.
+pub fn percent(fraction: f64) -> String {
+    let hundredths = 100.0 * fraction;
+    let digits = if hundredths > 0.0 { (1.0 - hundredths.log10().floor()).clamp(0.0, 9.0) as usize } else { 1 };
+    format!("{hundredths:.digits$} %")
+}
+
+/// Parses `2%` or `0.02`: greater than 0, at most 1.
+pub fn fraction(text: &str) -> std::result::Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
+    let fraction = number.parse::<f64>().ok().map(|number| number * unit);
+    fraction
+        .filter(|x| *x > 0.0 && *x <= 1.0)
+        .ok_or_else(|| "expected a relative error such as 2% or 0.02, at most 100%".into())
+}
+
+/// Follows the error of a render and decides when it ends.
+pub struct Judge {
+    limit: Limit,
+    target: Option<f64>,
+    /// Whether anybody wants estimates.
+    estimates: bool,
+    /// Passes and errors of the estimates so far.
+    history: Vec<(f64, f64)>,
+    /// Passes and seconds before which no estimate is due.
+    next: (u64, f64),
+    /// Estimates in sequence that met the target.
+    met: u32,
+}
+
+impl Judge {
+    /// For a render with these limits; `shown`: its progress is shown.
+    pub fn new(limit: Limit, target: Option<f64>, shown: bool) -> Self {
+        Self { limit, target, estimates: shown || target.is_some(), history: vec![], next: (4, 0.0), met: 0 }
+    }
+
+    /// Whether it is time for an estimate: after an eighth more passes than for the last, and when those took so long that
+    /// estimates are 2 % of the work.
+    pub fn is_due(&self, status: &Status) -> bool {
+        self.estimates && status.passes >= self.next.0 && status.seconds >= self.next.1
+    }
+
+    /// Takes an estimate that took `cost`.
+    pub fn record(&mut self, status: &Status, error: Option<f64>, cost: Duration) {
+        self.next = (status.passes + (status.passes / 8).max(1), status.seconds + 50.0 * cost.as_secs_f64());
+        // A picture that is black so far tells nothing; an exact one has no logarithm.
+        self.history.extend(error.filter(|error| *error > 0.0).map(|error| (status.passes as f64, error)));
+        let met =
+            status.passes >= LEAST_PASSES && error.zip(self.target).is_some_and(|(error, target)| error <= target);
+        self.met = if met { self.met + 1 } else { 0 };
+    }
+
+    /// Adds what is known of the error, and of the time until it reaches the target.
+    pub fn complete(&self, status: &mut Status) {
+        status.error = self.history.last().map(|(_, error)| *error);
+        status.left = self
+            .target
+            .and_then(|target| self.passes_left(target, status.passes as f64))
+            .map(|passes| passes * status.seconds / (status.passes.max(1) as f64));
+    }
+
+    /// Whether the render ends here, and why.
+    pub fn decide(&self, status: &Status) -> Option<Stop> {
+        // Two in sequence: a single estimate below the target may be luck.
+        if self.met >= 2 {
+            return Some(Stop::Target);
+        }
+        if self.limit.passes.is_some_and(|limit| status.passes >= limit) {
+            return Some(Stop::Passes);
+        }
+        self.limit.seconds.is_some_and(|limit| status.seconds >= limit).then_some(Stop::Time)
+    }
+
+    /// Passes from `passes` on until the error is at `target`, along a line through the last estimates in logarithms.
+    fn passes_left(&self, target: f64, passes: f64) -> Option<f64> {
+        let (at, error) = *self.history.last()?;
+        let wanted = at * (error / target).max(1.0).powf(-1.0 / slope(&self.history));
+        Some((wanted - passes).max(0.0))
+    }
+}
+
+/// Slope of log error over log passes by least squares over the last estimates: -1/2 for noise alone, -1/3 (photon mapping
+/// at alpha = 2/3; Knaus and Zwicker 2011) while there are fewer than three. Kept between -1 and -1/6, so that a few
+/// estimates by chance alike do not make the end recede to years.
+fn slope(history: &[(f64, f64)]) -> f64 {
+    const LAST: usize = 8;
+    let last = &history[history.len().saturating_sub(LAST)..];
+    if last.len() < 3 {
+        return -1.0 / 3.0;
+    }
+    let n = last.len() as f64;
+    let points = || last.iter().map(|(passes, error)| (passes.ln(), error.ln()));
+    let (x, y) = points().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x / n, sy + y / n));
+    let (xy, xx) = points().fold((0.0, 0.0), |(xy, xx), (a, b)| (xy + (a - x) * (b - y), xx + (a - x) * (a - x)));
+    (xy / xx).clamp(-1.0, -1.0 / 6.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(passes: u64) -> Status {
+        Status { passes, seconds: passes as f64 * 0.5, ..Status::default() }
+    }
+
+    const NO_LIMIT: Limit = Limit { passes: None, seconds: None };
+
+    /// Feeds a judge with estimates where they are due, until it decides.
+    fn run(judge: &mut Judge, error: impl Fn(u64) -> Option<f64>, cost: f64) -> (u64, Option<Stop>, u32) {
+        let mut estimates = 0;
+        for passes in 1..100_000 {
+            let mut status = status(passes);
+            if judge.is_due(&status) {
+                judge.record(&status, error(passes), Duration::from_secs_f64(cost));
+                estimates += 1;
+            }
+            judge.complete(&mut status);
+            if let Some(stop) = judge.decide(&status) {
+                return (passes, Some(stop), estimates);
+            }
+        }
+        (100_000, None, estimates)
+    }
+
+    #[test]
+    fn errors_are_read_and_shown() {
+        for (text, value) in [("2%", 0.02), ("0.02", 0.02), ("2 %", 0.02), ("100%", 1.0), ("0.5%", 0.005)] {
+            assert!((fraction(text).expect(text) - value).abs() < 1e-12, "{text}");
+        }
+        for bad in ["", "%", "0", "-1%", "2", "101%", "nan", "inf%", "1%%", "x%"] {
+            assert!(fraction(bad).is_err_and(|e| e.contains("2% or 0.02")), "{bad}");
+        }
+        assert_eq!([0.013, 0.000_21, 1.2, 0.0, 0.1].map(percent), ["1.3 %", "0.021 %", "120 %", "0.0 %", "10 %"]);
+    }
+
+    #[test]
+    fn the_target_ends_a_render_once_it_is_sure() {
+        let error = |passes: u64| Some(0.1 / (passes as f64).sqrt());
+        let (passes, stop, _) = run(&mut Judge::new(NO_LIMIT, Some(0.005), false), error, 0.0);
+        assert_eq!(stop, Some(Stop::Target));
+        assert!((400..=520).contains(&passes), "{passes}");
+        let few = run(&mut Judge::new(NO_LIMIT, Some(0.5), false), error, 0.0);
+        assert!(few.0 >= LEAST_PASSES && few.1 == Some(Stop::Target), "not before {LEAST_PASSES} passes: {few:?}");
+        let lucky = |passes| Some(if passes == 16 { 0.0 } else { 0.1 });
+        assert_eq!(run(&mut Judge::new(NO_LIMIT, Some(0.01), false), lucky, 0.0).1, None, "one estimate is not enough");
+        let black = run(&mut Judge::new(NO_LIMIT, Some(0.01), false), |_| None, 0.0);
+        assert_eq!(black.1, None, "a black picture is not a finished one");
+    }
+
+    #[test]
+    fn limits_cap_the_target() {
+        let error = |_| Some(0.1);
+        let limit = Limit { passes: Some(40), seconds: Some(100.0) };
+        assert_eq!(run(&mut Judge::new(limit, Some(0.01), true), error, 0.0), (40, Some(Stop::Passes), 21));
+        let limit = Limit { seconds: Some(10.0), ..limit };
+        assert_eq!(run(&mut Judge::new(limit, Some(0.01), true), error, 0.0).1, Some(Stop::Time));
+        assert_eq!(run(&mut Judge::new(limit, None, false), error, 0.0).2, 0, "nobody asked");
+    }
+
+    #[test]
+    fn estimates_take_little_of_the_time() {
+        let limit = Limit { passes: Some(10_000), seconds: None };
+        for cost in [0.0, 0.1, 10.0] {
+            let (passes, _, estimates) = run(&mut Judge::new(limit, None, true), |_| Some(0.1), cost);
+            let share = f64::from(estimates - 1) * cost / (passes as f64 * 0.5);
+            assert!(estimates > 1 && estimates < 100 && share <= 0.02, "{estimates} estimates of {cost} s: {share}");
+        }
+    }
+
+    #[test]
+    fn the_rest_is_extrapolated_along_the_slope() {
+        for exponent in [-0.5, -1.0 / 3.0] {
+            let mut judge = Judge::new(NO_LIMIT, Some(0.01), true);
+            for passes in [10, 20, 40] {
+                judge.record(&status(passes), Some((passes as f64).powf(exponent)), Duration::ZERO);
+            }
+            let mut status = status(50);
+            judge.complete(&mut status);
+            let (left, expected) = (status.left.expect("known"), (0.01f64.powf(1.0 / exponent) - 50.0) * 0.5);
+            assert!((left / expected - 1.0).abs() < 1e-9, "{left} {expected}");
+            assert_eq!(status.error, Some(40f64.powf(exponent)));
+        }
+        let mut judge = Judge::new(NO_LIMIT, Some(0.01), true);
+        let mut first = status(4);
+        judge.complete(&mut first);
+        assert_eq!((first.left, first.error), (None, None));
+        judge.record(&first, Some(0.02), Duration::ZERO);
+        judge.complete(&mut first);
+        assert!((first.left.expect("by the usual slope") - (32.0 - 4.0) * 0.5).abs() < 1e-9);
+        // An error that grows by chance still has an end.
+        judge.record(&status(5), Some(0.021), Duration::ZERO);
+        judge.record(&status(6), Some(0.022), Duration::ZERO);
+        judge.complete(&mut first);
+        assert!(first.left.is_some_and(|left| left.is_finite() && left > 0.0));
+    }
+
+    #[test]
+    fn an_outcome_is_told_in_words_and_in_numbers() {
+        let outcome = Outcome { error: Some(0.0134), stop: Stop::Time };
+        assert_eq!(outcome.describe(), "error 1.3 % (estimated), stopped by time");
+        assert_eq!(outcome.metadata()["estimated_error"], Value::Number(0.0134));
+        let unknown = Outcome { error: None, stop: Stop::Target };
+        assert_eq!(unknown.describe(), "error unknown, stopped at the target error");
+        assert_eq!(unknown.metadata()["stop_reason"], Value::Text("target error reached".into()));
+        assert!(!unknown.metadata().contains_key("estimated_error"));
+    }
+}
