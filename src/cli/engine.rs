@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::flags::DeviceArgs;
 use super::flags_post::{Aperture, DepthOfField, LensArgs};
+use super::keep::Keeper;
 use super::progress::Status;
 use super::render::{Rendered, Request, Watch};
 use super::values::{Aov, Bsdf, FootprintRule, choose_camera};
@@ -14,7 +15,7 @@ use crate::film::post::defocus::Defocus;
 use crate::film::post::{Post, View};
 use crate::film::tonemap::ToneMap;
 use crate::graph::{Runtime, Timing, chrome_trace};
-use crate::render::{Footprint, Lens, Session, Settings};
+use crate::render::{Footprint, Lens, Session, Settings, identity};
 use crate::scene::{self, Camera, Limits, Projection, Scene};
 use crate::vk::{Device, DeviceOptions};
 
@@ -38,29 +39,37 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     let runtime = open(&request.device)?;
     let settings = settings(request, &scene)?;
     let after = After::of(request, &scene.cameras[settings.camera], &settings)?;
+    let identity = identity(&scene, &settings);
     let mut session = Session::new(&runtime, scene, settings)?;
     let prepared = begin.elapsed().as_secs_f64() - loaded;
     let mut trace = Vec::new();
-    let start = Instant::now();
-    let mut index = 0;
-    while !watch.is_stopped() {
+    let mut keeper = Keeper::begin(&request.film, identity, &mut session, &runtime, watch)?;
+    let enough = |passes: u64, seconds: f64| {
+        request.limit.passes.is_some_and(|n| passes >= n) || request.limit.seconds.is_some_and(|limit| seconds >= limit)
+    };
+    while !watch.is_stopped() && !enough(session.passes().count(), keeper.seconds()) {
+        let Some(index) = keeper.next_pass(&session) else { break };
         session.run_pass(index)?;
-        index += 1;
         if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
             trace.extend(session.timings());
         }
-        let seconds = start.elapsed().as_secs_f64();
         let (caustic, global) = session.photons_per_pass();
-        let photons = index * u64::from(caustic + global);
-        let more = watch.pass_done(Status { passes: index, photons, seconds });
-        let enough = request.limit.passes.is_some_and(|n| index >= n);
-        if !more || enough || request.limit.seconds.is_some_and(|limit| seconds >= limit) {
-            break;
-        }
+        let passes = session.passes().count();
+        let (photons, seconds) = (passes * u64::from(caustic + global), keeper.seconds());
+        watch.pass_done(Status { passes, photons, seconds });
+        keeper.pass_done(&session, || info(request, &runtime, passes, seconds).metadata(), watch)?;
     }
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = keeper.seconds();
     runtime.device().check_validation()?;
-    finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, trace })
+    let film = if request.film.keeps_film() { Some(keeper.file(&session)?) } else { None };
+    let rendered = finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, trace })?;
+    Ok(Rendered { film, ..rendered })
+}
+
+/// What the files say about a render.
+fn info(request: &Request, runtime: &Runtime, passes: u64, seconds: f64) -> RenderInfo {
+    let device = runtime.device().info().name.clone();
+    RenderInfo { passes, seed: request.seed, seconds, device, scene: request.scene.display().to_string() }
 }
 
 /// Events beyond this are not kept: a trace viewer would not open them.
@@ -186,14 +195,7 @@ fn finish(
     measured: Measured,
 ) -> Result<Rendered> {
     let statistics = session.statistics()?;
-    let device = runtime.device();
-    let info = RenderInfo {
-        passes: statistics.passes,
-        seed: request.seed,
-        seconds: measured.seconds,
-        device: device.info().name.clone(),
-        scene: request.scene.display().to_string(),
-    };
+    let info = info(request, runtime, statistics.passes, measured.seconds);
     let mut picture = session.picture()?;
     let start = Instant::now();
     after.post.apply(&mut picture, &after.view)?;
@@ -203,7 +205,7 @@ fn finish(
     report["after_the_render"] = after.report(request);
     report["after_the_render"]["seconds"] = seconds_after.into();
     let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
-    Ok(Rendered { picture, info, notes: after.notes(), report, trace })
+    Ok(Rendered { picture, info, notes: after.notes(), film: None, report, trace })
 }
 
 fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {
