@@ -1,6 +1,7 @@
 //! `nephroid merge`: parts of one render in, their sum out.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 
@@ -146,18 +147,18 @@ fn merge(paths: &[PathBuf], abouts: &[About], progress: &mut Progress) -> Result
         }
         Ok(file)
     };
+    let start = Instant::now();
     let mut sum = read(0)?;
     for (at, path) in paths.iter().enumerate().skip(1) {
-        progress.update(status(&sum));
+        progress.update(status(&sum, start));
         sum.merge(&read(at)?).map_err(|cause| Error::scene(path, cause.to_string()))?;
     }
-    progress.update(status(&sum));
+    progress.update(status(&sum, start));
     Ok(sum)
 }
 
-fn status(sum: &FilmFile) -> Status {
-    // No time: that of the parts says nothing about the merge.
-    Status { passes: sum.film.passes.count(), photons: 0, seconds: 0.0 }
+fn status(sum: &FilmFile, start: Instant) -> Status {
+    Status { passes: sum.film.passes.count(), photons: 0, seconds: start.elapsed().as_secs_f64() }
 }
 
 fn write(outputs: &[Output], merged: &FilmFile, args: &MergeArgs) -> Result<()> {

@@ -13,4 +13,5 @@ pub mod metrics;
 pub mod output;
 pub mod png;
 pub mod post;
+mod stale;
 pub mod tonemap;
