@@ -380,3 +380,145 @@ fn gather<const N: usize>(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::image::Channels;
+    use proptest::prelude::*;
+    use std::io::Cursor;
+
+    fn sample(with_layers: bool) -> FilmFile {
+        let mut film = Film::new(5, 19, [3, -2], with_layers);
+        film.passes = "0..3,7..9".parse().expect("a set");
+        film.rejected = 4;
+        for (at, sum) in film.sums.iter_mut().flatten().enumerate() {
+            *sum = ExactSum((at as i128 - 400) << (at % 90));
+        }
+        for (at, sum) in film.layers.iter_mut().flatten().enumerate() {
+            *sum = ExactSum(-(at as i128) << (at % 100));
+        }
+        let settings = [("size", "5x19"), ("seed", "0")].map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let identity = Identity { scene: "ab".repeat(32), settings: settings.to_vec() };
+        let counters = BTreeMap::from([("photons_not_finite".to_owned(), 2)]);
+        let totals = Totals { seconds: 1.25, photons: u64::MAX, pairs: [1, 2], counters, ..Totals::default() };
+        FilmFile { film, identity, devices: vec!["a (\u{30ab} 1)".into()], totals }
+    }
+
+    fn encoded(file: &FilmFile, packing: Packing) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let metadata = Metadata::from([("seed".to_owned(), Value::Count(7))]);
+        write(&mut bytes, Path::new("x.exr"), (&file.film.picture(), &metadata), file, packing).expect("in memory");
+        bytes.into_inner()
+    }
+
+    fn with_bytes<T>(bytes: &[u8], read: impl FnOnce(&Path) -> T) -> T {
+        let file = tempfile::NamedTempFile::new().expect("a temporary file");
+        std::fs::write(file.path(), bytes).expect("written");
+        read(file.path())
+    }
+
+    #[test]
+    fn what_is_written_comes_back_and_is_a_picture() {
+        for (with_layers, packing) in [(false, Packing::Small), (true, Packing::Small), (true, Packing::Fast)] {
+            let file = sample(with_layers);
+            let bytes = encoded(&file, packing);
+            let back = with_bytes(&bytes, read).expect("our own file");
+            assert_eq!(back, file);
+            let mut flipped = back;
+            flipped.film.sums[40][8].0 ^= 1 << 96;
+            assert_ne!(flipped, file, "the check can fail");
+            let about = with_bytes(&bytes, read_about).expect("our own file");
+            assert_eq!((about.size, about.passes().expect("a set")), ([5, 19], file.film.passes.clone()));
+            let (picture, metadata) = with_bytes(&bytes, exr::read).expect("a picture");
+            let names = |picture: &Picture| picture.layers.iter().map(|l| l.name.clone()).collect::<Vec<_>>();
+            assert_eq!(names(&picture).len(), file.film.picture().layers.len());
+            assert_eq!(picture.beauty(), file.film.picture().beauty());
+            assert_eq!(metadata["seed"], Value::Count(7));
+        }
+    }
+
+    /// One bit of one word, repacked as a well-formed file: the decoder is content, the checksum is not.
+    #[test]
+    fn a_flipped_bit_is_found_by_the_checksum() {
+        let file = sample(true);
+        let bytes = encoded(&file, Packing::Fast);
+        let mut other = file.clone();
+        other.film.layers[94][16].0 ^= 1;
+        let about = |bytes: &[u8]| with_bytes(bytes, read_about).expect("ours").sums;
+        let changed = encoded(&other, Packing::Fast);
+        let (ours, theirs) = (about(&bytes), about(&changed));
+        assert_ne!(ours, theirs);
+        let at = changed.windows(64).position(|window| window == theirs.as_bytes()).expect("a checksum");
+        let mut forged = changed;
+        forged[at..at + 64].copy_from_slice(ours.as_bytes());
+        let message = with_bytes(&forged, read).expect_err("damaged").to_string();
+        assert!(message.contains("checksum"), "{message}");
+    }
+
+    #[test]
+    fn pictures_and_foreign_descriptions_are_refused_in_a_sentence() {
+        let mut picture = Picture::new(1, 1);
+        picture.push("", Channels::Rgb, vec![0.5; 3]);
+        let refusal = |text: Option<&str>| {
+            let metadata = text.map(|text| (KEY.to_owned(), Value::Text(text.to_owned()))).into_iter().collect();
+            let mut bytes = Cursor::new(Vec::new());
+            exr::write(&mut bytes, Path::new("x.exr"), &picture, &metadata).expect("in memory");
+            let error = with_bytes(bytes.get_ref(), read).expect_err("no film");
+            assert_eq!((error.exit_code(), error.to_string().lines().count()), (2, 1), "{error}");
+            error.to_string()
+        };
+        assert!(refusal(None).contains("a picture without a film"));
+        assert!(refusal(Some("{}")).contains("description of its film is damaged"));
+        let about = |change: fn(&mut About)| {
+            let file = sample(false);
+            let mut about = with_bytes(&encoded(&file, Packing::Fast), read_about).expect("ours");
+            change(&mut about);
+            serde_json::to_string(&about).expect("JSON")
+        };
+        assert!(refusal(Some(&about(|_| ()))).contains("no whole channel 'film.value.R.0'"));
+        assert!(refusal(Some(&about(|about| about.format = 2))).contains("film format 2"));
+        assert!(refusal(Some(&about(|about| about.passes = "3..1".into()))).contains("not a list of passes"));
+        assert!(refusal(Some(&about(|about| about.exponents = [i32::MIN + 1, 0]))).contains("out of range"));
+    }
+
+    #[test]
+    fn merging_adds_everything() {
+        let mut one = sample(true);
+        let mut two = FilmFile { devices: vec!["b".into()], ..sample(true) };
+        two.film.passes = PassSet::of(3..7);
+        one.merge(&two).expect("apart");
+        assert_eq!(one.film.passes, PassSet::of(0..9));
+        assert_eq!(one.devices, ["a (\u{30ab} 1)", "b"]);
+        assert_eq!((one.totals.seconds, one.totals.photons, one.totals.pairs), (2.5, u64::MAX, [2, 4]));
+        assert_eq!(one.totals.counters["photons_not_finite"], 4);
+        assert!(one.merge(&two).is_err(), "twice");
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let bytes = encoded(&sample(false), Packing::Fast);
+        for length in (0..bytes.len()).step_by(97) {
+            assert!(with_bytes(&bytes[..length], read).is_err(), "{length} of {} bytes", bytes.len());
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+        #[test]
+        fn random_damage_never_panics_and_never_changes_the_sums(
+            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        ) {
+            let file = sample(false);
+            let mut bytes = encoded(&file, Packing::Fast);
+            for (at, value) in edits {
+                let at = at.index(bytes.len());
+                bytes[at] = value;
+            }
+            match with_bytes(&bytes, read) {
+                Ok(back) => prop_assert_eq!(back.film.sums, file.film.sums),
+                Err(error) => prop_assert_eq!(error.exit_code(), 2),
+            }
+        }
+    }
+}
