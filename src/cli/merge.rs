@@ -23,7 +23,7 @@ Examples:
 
 The result is bit for bit the film and the picture of one render of all passes, in whatever order the parts
 are named. Its layers are those of the parts. Passes after the render (bloom, grading, ...) are not in it:
-`nephroid render SCENE --resume FILE` with no pass to do applies them.";
+`nephroid render SCENE --resume FILE --passes N`, with the N that FILE has, applies them and renders nothing.";
 
 /// Flags of `nephroid merge`.
 #[derive(Debug, Args)]
