@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::flags::DeviceArgs;
 use super::flags_post::{Aperture, DepthOfField, LensArgs};
+use super::keep::Keeper;
 use super::progress::Status;
 use super::render::{Rendered, Request, Watch};
 use super::stop::{CONFIDENCE, Judge, Outcome, Stop};
@@ -15,7 +16,7 @@ use crate::film::post::defocus::Defocus;
 use crate::film::post::{Post, View};
 use crate::film::tonemap::ToneMap;
 use crate::graph::{Runtime, Timing, chrome_trace};
-use crate::render::{Footprint, Lens, Session, Settings};
+use crate::render::{Footprint, Lens, Session, Settings, identity};
 use crate::scene::{self, Camera, Limits, Projection, Scene};
 use crate::vk::{Device, DeviceOptions};
 
@@ -39,38 +40,56 @@ pub(super) fn render(request: &Request, watch: &mut Watch) -> Result<Rendered> {
     let runtime = open(&request.device)?;
     let settings = settings(request, &scene)?;
     let after = After::of(request, &scene.cameras[settings.camera], &settings)?;
+    let identity = identity(&scene, &settings);
     let mut session = Session::new(&runtime, scene, settings)?;
     let prepared = begin.elapsed().as_secs_f64() - loaded;
     let mut trace = Vec::new();
-    let start = Instant::now();
-    let mut index = 0;
+    let mut keeper = Keeper::begin(&request.film, identity, &mut session, &runtime, watch)?;
     let mut judge = Judge::new(request.limit, request.target_error, watch.is_shown());
     let stop = loop {
         if watch.is_stopped() {
             break Stop::Interrupted;
         }
-        session.run_pass(index)?;
-        index += 1;
-        if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
-            trace.extend(session.timings());
-        }
-        let seconds = start.elapsed().as_secs_f64();
-        let (caustic, global) = session.photons_per_pass();
-        let photons = index * u64::from(caustic + global);
-        let mut status = Status { passes: index, photons, seconds, ..Status::default() };
-        if judge.is_due(&status) {
-            let begin = Instant::now();
-            judge.record(&status, session.error_estimate()?.relative, begin.elapsed());
-        }
-        judge.complete(&mut status);
-        watch.pass_done(status);
+        let status = status(&session, &keeper, &mut judge, watch)?;
         if let Some(stop) = judge.decide(&status) {
             break stop;
         }
+        let Some(index) = keeper.next_pass(&session) else { break Stop::Passes };
+        session.run_pass(index)?;
+        if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
+            trace.extend(session.timings());
+        }
+        let seconds = keeper.seconds();
+        keeper.pass_done(&session, || info(request, &runtime, status.passes + 1, seconds).metadata(), watch)?;
     };
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = keeper.seconds();
     runtime.device().check_validation()?;
-    finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, stop, trace })
+    let film = if request.film.keeps_film() { Some(keeper.file(&session)?) } else { None };
+    let rendered = finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, stop, trace })?;
+    Ok(Rendered { film, ..rendered })
+}
+
+/// Where a render stands, shown to the user; with a new estimate of its error where one is due.
+fn status(session: &Session, keeper: &Keeper, judge: &mut Judge, watch: &mut Watch) -> Result<Status> {
+    let (caustic, global) = session.photons_per_pass();
+    let passes = session.passes().count();
+    let photons = passes * u64::from(caustic + global);
+    let mut status = Status { passes, photons, seconds: keeper.seconds(), ..Status::default() };
+    if judge.is_due(&status) {
+        let begin = Instant::now();
+        judge.record(&status, session.error_estimate()?.relative, begin.elapsed());
+    }
+    judge.complete(&mut status);
+    if passes > 0 {
+        watch.pass_done(status);
+    }
+    Ok(status)
+}
+
+/// What the files say about a render.
+fn info(request: &Request, runtime: &Runtime, passes: u64, seconds: f64) -> RenderInfo {
+    let device = runtime.device().info().name.clone();
+    RenderInfo { passes, seed: request.seed, seconds, device, scene: request.scene.display().to_string() }
 }
 
 /// Events beyond this are not kept: a trace viewer would not open them.
@@ -200,14 +219,7 @@ fn finish(
     measured: Measured,
 ) -> Result<Rendered> {
     let statistics = session.statistics()?;
-    let device = runtime.device();
-    let info = RenderInfo {
-        passes: statistics.passes,
-        seed: request.seed,
-        seconds: measured.seconds,
-        device: device.info().name.clone(),
-        scene: request.scene.display().to_string(),
-    };
+    let info = info(request, runtime, statistics.passes, measured.seconds);
     let film = session.film()?;
     let estimate = session.error_of(&film);
     let outcome = Outcome { error: estimate.relative, stop: measured.stop };
@@ -223,7 +235,7 @@ fn finish(
     report["stop_reason"] = measured.stop.reason().into();
     report["error"] = outcome.report(&estimate, request.target_error);
     let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
-    Ok(Rendered { picture, info, notes: after.notes(), outcome, report, trace })
+    Ok(Rendered { picture, info, notes: after.notes(), outcome, film: None, report, trace })
 }
 
 fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {

@@ -14,9 +14,12 @@ pub mod devices;
 mod engine;
 mod estimator_report;
 pub mod flags;
+pub mod flags_film;
 pub mod flags_post;
 pub mod info;
 pub mod interrupt;
+mod keep;
+pub mod merge;
 pub mod progress;
 pub mod render;
 mod stop;
@@ -36,6 +39,8 @@ const EXAMPLES: &str = "\
 Examples:
   nephroid render cup.glb -o cup.exr -o cup.png
   nephroid render ring.gltf -o ring.exr --size 320x240 --time 60s --aov all
+  nephroid render hall.gltf -o hall.exr --time 8h --checkpoint hall.film.exr
+  nephroid merge part-*.exr -o hall.exr
   nephroid compare ring.exr reference.exr
 
 Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed or out
@@ -53,6 +58,8 @@ struct Cli {
 enum Command {
     /// Render a scene.
     Render(Box<render::RenderArgs>),
+    /// Add up the parts of a render that several machines did.
+    Merge(merge::MergeArgs),
     /// Show what a scene holds and what rendering it needs.
     Info(info::InfoArgs),
     /// List the Vulkan devices and what each lacks.
@@ -109,6 +116,7 @@ fn sentence(error: &clap::Error) -> String {
 fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Bench(args) => bench::run(&args),

@@ -6,15 +6,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 
 use super::flags::{DeviceArgs, EffortArgs, LightArgs, OutputArgs, ViewArgs};
+use super::flags_film::{FilmArgs, FilmOrder};
 use super::flags_post::{LensArgs, PostArgs};
 use super::progress::{Limit, Progress, Status};
 use super::stop::{DEFAULT_TARGET, Outcome};
 use super::values::Aov;
-use super::{check_readable, engine, interrupt, print};
+use super::{check_readable, engine, interrupt, keep, print};
 use crate::error::{Error, Result};
 use crate::film::exr::{Metadata, RenderInfo};
+use crate::film::film_file::{FilmFile, Packing};
 use crate::film::image::Picture;
-use crate::film::output::{Destination, Output};
+use crate::film::output::{Destination, Format, Output};
 use crate::film::tonemap::ToneMap;
 
 const EXAMPLES: &str = "\
@@ -25,6 +27,8 @@ Examples:
   nephroid render ring.gltf -o ring.exr --passes 256 --aov caustic,depth --seed 7
   nephroid render car.gltf -o car.png --environment sky.exr --exposure -1
   nephroid render chess.glb -o chess.png --aperture f/2.8 --focus 0.4 --bloom 0.05
+  nephroid render hall.glb -o hall.exr --time 8h --checkpoint hall.film.exr --resume hall.film.exr
+  nephroid render hall.glb -o part-1.exr --pass-range 64..128     a part, for `nephroid merge`
 
 Ctrl-C ends a render early and writes what is finished; a second Ctrl-C writes nothing.";
 
@@ -51,6 +55,9 @@ pub struct RenderArgs {
     /// How much is computed.
     #[command(flatten)]
     pub effort: EffortArgs,
+    /// What is kept to go on with.
+    #[command(flatten)]
+    pub film: FilmArgs,
     /// Light and how it is estimated.
     #[command(flatten)]
     pub light: LightArgs,
@@ -83,6 +90,8 @@ pub struct Request {
     pub limit: Limit,
     /// Relative error at which to end, too.
     pub target_error: Option<f64>,
+    /// What is kept to go on with; its files can be read and written.
+    pub film: FilmOrder,
     /// Device and validation.
     pub device: DeviceArgs,
     /// Whether a trace shall be recorded.
@@ -100,6 +109,8 @@ pub struct Rendered {
     pub notes: Metadata,
     /// The error of the picture, and why the render ended.
     pub outcome: Outcome,
+    /// The film, if it is to be kept.
+    pub film: Option<FilmFile>,
     /// Content of `--report`.
     pub report: serde_json::Value,
     /// Content of `--trace`, if it was wanted.
@@ -158,12 +169,12 @@ fn run_with(
     renderer: impl FnOnce(&Request, &mut Watch) -> Result<Rendered>,
 ) -> Result<()> {
     let request = request(args)?;
-    let files = check_files(args)?;
+    let files = check_files(args, &request.film)?;
     let mut watch = Watch { stop, progress: Progress::new(request.limit, args.output.quiet) };
     let rendered = renderer(&request, &mut watch);
     watch.progress.finish();
     let rendered = rendered?;
-    write_files(&files, &rendered, args)?;
+    write_files((&files, &request.film), &rendered, args)?;
     print(&last_line(&files, &rendered))?;
     if watch.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
 }
@@ -172,6 +183,8 @@ fn request(args: &RenderArgs) -> Result<Request> {
     check_readable(&args.scene)?;
     args.light.environment.iter().try_for_each(|path| check_readable(path))?;
     let EffortArgs { target_error, passes, time, photons, seed } = args.effort;
+    let film = args.film.order()?;
+    let passes = film.range.as_ref().map(|range| range.end - range.start).or(passes);
     let is_open = target_error.is_none() && passes.is_none() && time.is_none();
     let seconds = time.or(is_open.then_some(DEFAULT_SECONDS));
     let target_error = target_error.or(is_open.then_some(DEFAULT_TARGET));
@@ -187,21 +200,30 @@ fn request(args: &RenderArgs) -> Result<Request> {
         seed,
         limit: Limit { passes, seconds },
         target_error,
+        film,
         device: args.device.clone(),
         wants_trace: args.output.trace.is_some(),
     })
 }
 
-fn check_files(args: &RenderArgs) -> Result<Files> {
+fn check_files(args: &RenderArgs, film: &FilmOrder) -> Result<Files> {
     let OutputArgs { output, report, trace, .. } = &args.output;
     let files = Files {
         pictures: output.iter().map(|path| Output::check(path)).collect::<Result<_>>()?,
         report: report.as_deref().map(Destination::check).transpose()?,
         trace: trace.as_deref().map(Destination::check).transpose()?,
     };
+    let is_part = |output: &Output| output.format() == Format::Exr;
+    if film.range.is_some() && film.checkpoint.is_none() && !files.pictures.iter().any(is_part) {
+        return Err(Error::Usage("--pass-range needs an --output in .exr, which holds the part".into()));
+    }
     let outputs = files.pictures.iter().map(Output::destination).chain(&files.report).chain(&files.trace);
+    // A checkpoint may take the place of the film that is gone on with, but of no other file.
+    let outputs = outputs.chain(&film.checkpoint);
+    let replaced = |path: &&PathBuf| !film.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_same_file(path));
+    let resumed = film.resume.iter().filter(replaced);
     let mut taken: Vec<&Path> =
-        std::iter::once(&args.scene).chain(&args.light.environment).map(PathBuf::as_path).collect();
+        std::iter::once(&args.scene).chain(&args.light.environment).chain(resumed).map(PathBuf::as_path).collect();
     for destination in outputs {
         if taken.iter().any(|path| destination.is_same_file(path)) {
             return Err(Error::Usage(format!("'{}' is named twice", destination.path().display())));
@@ -211,20 +233,33 @@ fn check_files(args: &RenderArgs) -> Result<Files> {
     Ok(files)
 }
 
-fn write_files(files: &Files, rendered: &Rendered, args: &RenderArgs) -> Result<()> {
+fn write_files((files, film): (&Files, &FilmOrder), rendered: &Rendered, args: &RenderArgs) -> Result<()> {
     let text = |destination: &Destination, content: &str| {
         destination.write(|sink| {
             let written = std::io::Write::write_all(sink, content.as_bytes());
             written.map_err(|source| Error::io(destination.path(), "write", source))
         })
     };
+    let mut kept = Ok(());
     if rendered.info.passes > 0 {
-        let map = ToneMap { curve: args.output.tonemap, exposure: args.output.exposure };
-        let display = args.post.display(map);
         let mut metadata = rendered.info.metadata();
         metadata.extend(rendered.notes.clone());
         metadata.extend(rendered.outcome.metadata());
-        files.pictures.iter().try_for_each(|output| output.write(&rendered.picture, &metadata, display))?;
+        let picture = (&rendered.picture, &metadata);
+        if let (Some(destination), Some(file)) = (&film.checkpoint, &rendered.film) {
+            // If it fails, the pictures are all the more important.
+            let plain = (&file.film.picture(), &rendered.info.metadata());
+            kept = keep::save(destination, plain, file, Packing::Fast);
+        }
+        let map = ToneMap { curve: args.output.tonemap, exposure: args.output.exposure };
+        let display = args.post.display(map);
+        let part = rendered.film.as_ref().filter(|_| film.range.is_some());
+        files.pictures.iter().try_for_each(|output| match part {
+            Some(part) if output.format() == Format::Exr => {
+                keep::save(output.destination(), picture, part, Packing::Small)
+            }
+            _ => output.write(&rendered.picture, &metadata, display),
+        })?;
     }
     if let Some(destination) = &files.report {
         text(destination, &format!("{:#}\n", rendered.report))?;
@@ -232,7 +267,7 @@ fn write_files(files: &Files, rendered: &Rendered, args: &RenderArgs) -> Result<
     if let (Some(destination), Some(trace)) = (&files.trace, &rendered.trace) {
         text(destination, trace)?;
     }
-    Ok(())
+    kept
 }
 
 /// The one line that every render ends with.
@@ -282,7 +317,7 @@ mod tests {
         let info = RenderInfo { passes, seconds: 1.5, ..RenderInfo::default() };
         let report = serde_json::json!({ "passes": passes });
         let outcome = Outcome { error: Some(0.0123), stop: Stop::Time };
-        Rendered { picture, info, notes: Metadata::new(), outcome, report, trace: Some("[]".into()) }
+        Rendered { picture, info, notes: Metadata::new(), outcome, film: None, report, trace: Some("[]".into()) }
     }
 
     fn names_in(folder: &tempfile::TempDir) -> Vec<String> {
@@ -393,7 +428,7 @@ mod tests {
     fn the_last_line_has_seconds_error_and_reason() {
         let folder = folder();
         let args = args(&folder, "-o @/a.exr -o @/b.png");
-        let line = last_line(&check_files(&args).expect("writable"), &rendered(118));
+        let line = last_line(&check_files(&args, &FilmOrder::default()).expect("writable"), &rendered(118));
         let path = folder.path().display();
         let numbers = "118 passes in 1.50 s, error 1.2 % (estimated), stopped by time";
         assert_eq!(line, format!("{numbers}: {path}/a.exr, {path}/b.png"));

@@ -42,9 +42,26 @@ impl PassSet {
 
     /// The first range that both sets have in common.
     pub fn overlap(&self, other: &Self) -> Option<Range<u64>> {
-        let common = |a: &Range<u64>, b: &Range<u64>| a.start.max(b.start)..a.end.min(b.end);
-        let pairs = self.ranges.iter().flat_map(|a| other.ranges.iter().map(move |b| common(a, b)));
-        pairs.filter(|range| !range.is_empty()).min_by_key(|range| range.start)
+        let (mut ours, mut theirs) = (self.ranges.iter().peekable(), other.ranges.iter().peekable());
+        while let (Some(a), Some(b)) = (ours.peek(), theirs.peek()) {
+            let common = a.start.max(b.start)..a.end.min(b.end);
+            if !common.is_empty() {
+                return Some(common);
+            }
+            if a.end <= b.end {
+                ours.next()
+            } else {
+                theirs.next()
+            };
+        }
+        None
+    }
+
+    /// The lowest index of `range` that is not in the set.
+    pub fn first_missing(&self, range: Range<u64>) -> Option<u64> {
+        let holder = self.ranges.iter().find(|held| held.contains(&range.start));
+        let lowest = holder.map_or(range.start, |held| held.end);
+        range.contains(&lowest).then_some(lowest)
     }
 
     /// Adds an index; `false` if it was there.
@@ -155,7 +172,7 @@ impl Film {
         let layers = self.layers.iter_mut().flatten().zip(other.layers.iter().flatten());
         pairs.chain(layers).for_each(|(ours, theirs)| *ours = ours.plus_sum(*theirs));
         self.passes.unite(&other.passes);
-        self.rejected += other.rejected;
+        self.rejected = self.rejected.saturating_add(other.rejected);
         Ok(())
     }
 
@@ -282,5 +299,9 @@ mod tests {
         }
         assert_eq!(set.overlap(&PassSet::of(6..20)), Some(6..7));
         assert_eq!(set.overlap(&PassSet::of(3..5)), None);
+        assert_eq!(set.overlap(&"3..4,8..12".parse().expect("a set")), Some(9..10));
+        let missing = |range| set.first_missing(range);
+        assert_eq!([missing(0..9), missing(1..3), missing(5..8), missing(8..9)], [Some(3), None, Some(7), Some(8)]);
+        assert_eq!((missing(9..10), missing(4..4), PassSet::default().first_missing(0..1)), (None, None, Some(0)));
     }
 }

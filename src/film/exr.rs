@@ -66,14 +66,25 @@ impl RenderInfo {
 }
 
 /// Starts every attribute name of ours.
-const PREFIX: &str = "nephroid.";
+pub(super) const PREFIX: &str = "nephroid.";
 
 /// Writes a picture of at least one pixel and one layer. `path` only names the file in errors.
 ///
 /// # Errors
 /// [`Error::Io`] if `sink` fails or the format cannot hold the picture.
 pub fn write(sink: impl Write + Seek, path: &Path, picture: &Picture, metadata: &Metadata) -> Result<()> {
-    let channels = picture.layers.iter().flat_map(channels_of);
+    write_channels(sink, path, (picture, metadata), vec![], Encoding::SMALL_LOSSLESS)
+}
+
+/// [`write`] with further channels of the same size.
+pub(super) fn write_channels(
+    sink: impl Write + Seek,
+    path: &Path,
+    (picture, metadata): (&Picture, &Metadata),
+    further: Vec<AnyChannel<FlatSamples>>,
+    encoding: Encoding,
+) -> Result<()> {
+    let channels = picture.layers.iter().flat_map(channels_of).chain(further);
     let mut attributes = LayerAttributes {
         software_name: Some(text(concat!("nephroid ", env!("CARGO_PKG_VERSION")))),
         ..LayerAttributes::default()
@@ -82,7 +93,7 @@ pub fn write(sink: impl Write + Seek, path: &Path, picture: &Picture, metadata: 
         attributes.other.insert(text(&format!("{PREFIX}{key}")), attribute(value));
     }
     let size = (picture.width as usize, picture.height as usize);
-    let part = Part::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.collect()));
+    let part = Part::new(size, attributes, encoding, AnyChannels::sort(channels.collect()));
     let image = Image::from_layer(part);
     image.write().to_buffered(sink).map_err(|cause| match cause {
         ::exr::error::Error::Io(source) => Error::io(path, "write", source),
@@ -110,11 +121,11 @@ fn attribute(value: &Value) -> AttributeValue {
 }
 
 /// The crate takes characters for single bytes; OpenEXR wants UTF-8.
-fn text(content: &str) -> Text {
+pub(super) fn text(content: &str) -> Text {
     Text::from_bytes_unchecked(content.bytes().collect())
 }
 
-fn string(text: &Text) -> String {
+pub(super) fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
@@ -125,15 +136,9 @@ fn string(text: &Text) -> String {
 /// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged, not supported, larger than
 /// its bytes can account for, or holds no layer.
 pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
-    let io = |source| Error::io(path, "read", source);
-    let file = File::open(path).map_err(io)?;
-    let status = file.metadata().map_err(io)?;
-    if !status.is_file() {
-        return Err(Error::scene(path, "not a regular file"));
-    }
-    let mut input = BufReader::new(file);
-    check_size(&mut input, status.len(), path)?;
-    input.rewind().map_err(io)?;
+    let (mut input, bytes) = open(path)?;
+    check_size(&mut input, bytes, path)?;
+    input.rewind().map_err(|source| Error::io(path, "read", source))?;
     let image = guarded(path, || {
         reader()
             .no_deep_data()
@@ -148,9 +153,20 @@ pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
     Ok((picture_from(&image.layer_data, path)?, metadata))
 }
 
+/// A regular file and its length in bytes.
+pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
+    let io = |source| Error::io(path, "read", source);
+    let file = File::open(path).map_err(io)?;
+    let status = file.metadata().map_err(io)?;
+    if !status.is_file() {
+        return Err(Error::scene(path, "not a regular file"));
+    }
+    Ok((BufReader::new(file), status.len()))
+}
+
 /// Refuses a header that announces more samples than the file can hold, before anything is allocated for them: no
 /// compression of OpenEXR goes beyond deflate's 1 : 1032.
-fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()> {
+pub(super) fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()> {
     const GREATEST_RATIO: u64 = 1032;
     let meta = guarded(path, || MetaData::read_from_buffered(input, false))?;
     for header in &meta.headers {
@@ -168,7 +184,7 @@ fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()>
 /// Runs the decoder and turns its errors and panics into ours. It is safe code that checks most of what it reads, but
 /// indexes and subtracts with sizes from the file in places, so that damaged input can make it panic. A panic leaves
 /// nothing behind but the reader and the picture, and both are dropped here.
-fn guarded<T>(path: &Path, decode: impl FnOnce() -> ::exr::error::Result<T>) -> Result<T> {
+pub(super) fn guarded<T>(path: &Path, decode: impl FnOnce() -> ::exr::error::Result<T>) -> Result<T> {
     thread_local!(static DECODING: Cell<bool> = const { Cell::new(false) });
     static QUIET: Once = Once::new();
     // The default hook would print to stderr, which a library must not do; other threads keep theirs.

@@ -2,7 +2,8 @@
 //!
 //! A file is written under a temporary name in its own folder, flushed to the disk and renamed: a reader sees the old
 //! file or the new one, even after a crash, and a failure leaves nothing behind. [`Destination::check`] makes the same
-//! steps without content before a render starts, because an hour of rendering must not end with `permission denied`.
+//! steps without content before a render starts, because an hour of rendering must not end with `permission denied`; it also
+//! removes what processes that were killed left behind.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -15,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::film::exr::Metadata;
 use crate::film::image::Picture;
 use crate::film::post::display::Display;
-use crate::film::{exr, png};
+use crate::film::{exr, png, stale};
 
 /// Temporary files that exist at the moment, for [`remove_unfinished`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -50,6 +51,7 @@ impl Destination {
             return refuse(std::io::ErrorKind::InvalidFilename);
         }
         let destination = Self { path: path.to_owned(), target };
+        stale::remove_stale(destination.folder(), destination.target.file_name().unwrap_or_default());
         // The name itself is tried, too: it may be longer than the file system allows.
         destination.temporary().map_err(|source| Error::io(path, "create", source))?;
         Ok(destination)
@@ -92,11 +94,13 @@ impl Destination {
         let mut prefix = std::ffi::OsString::from(".");
         prefix.push(self.target.file_name().unwrap_or_default());
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(".tmp");
+        builder.prefix(&prefix).rand_bytes(stale::RANDOM).suffix(stale::SUFFIX);
         // The usual mode of a new file (the umask still applies) instead of the private one of temporary files.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let file = builder.tempfile_in(self.folder())?;
+        // Says that somebody is writing; a file system without locks does without.
+        let _ = file.as_file().try_lock();
         unfinished().push(file.path().to_owned());
         Ok(Temporary(file))
     }

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use crate::film::error_estimate::{ErrorEstimate, Model, Schedule};
 use crate::film::exact::ExactSum;
+use crate::film::film_file::Totals;
 use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing};
 use crate::kernels::generated::{Pass, Photon};
@@ -330,6 +331,21 @@ impl Session {
         self.rejected_before = film.rejected;
         self.passes = film.passes.clone();
         Ok(())
+    }
+
+    /// [`Self::restore`] with the counts of the film's passes, so that [`Self::statistics`] are those of all passes, too.
+    ///
+    /// # Errors
+    /// Those of [`Self::restore`].
+    pub fn resume(&mut self, film: &Film, totals: &Totals) -> Result<()> {
+        self.restore(film)?;
+        self.statistics = Statistics::restored(totals, film.passes.count());
+        Ok(())
+    }
+
+    /// Passes in the film.
+    pub fn passes(&self) -> &PassSet {
+        &self.passes
     }
 
     /// The mean of all passes: beauty, and the layers if the settings ask for them. Black before the first pass.

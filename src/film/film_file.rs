@@ -1,0 +1,524 @@
+//! Films in files: an OpenEXR picture that anyone can look at, with the exact sums behind it as further channels of 32-bit
+//! unsigned integers, and everything that is needed to go on with them as one JSON text in the metadata.
+//!
+//! Checkpoints, parts of a render and merged films are the same kind of file. A sum is four channels, least significant word
+//! first: `film.value.R.0` ... `film.value.R.3`. The attribute `nephroid.film` holds [`About`], with a SHA-256 of the sums, so
+//! that a damaged file is refused rather than shown.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, Write};
+use std::path::Path;
+
+use ::exr::meta::MetaData;
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, LineOrder, ReadChannels,
+    ReadLayers, read as reader,
+};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
+use super::exact::ExactSum;
+use super::exr::{self, Metadata, Value};
+use super::image::Picture;
+use crate::error::{Error, Result};
+
+/// Changes whenever the meaning of the channels or of [`About`] does.
+const FORMAT: u32 = 1;
+
+/// The attribute with [`About`], without our prefix.
+const KEY: &str = "film";
+
+/// Names of the sums of a pixel.
+const SUM_NAMES: [&str; SUMS] =
+    ["value.R", "value.G", "value.B", "square.R", "square.G", "square.B", "scaled.R", "scaled.G", "scaled.B"];
+
+/// Names of the sums of a pixel's layers.
+const LAYER_NAMES: [&str; LAYER_SUMS] = [
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "normal.X",
+    "normal.Y",
+    "normal.Z",
+    "depth.Z",
+    "coverage.A",
+    "direct.R",
+    "direct.G",
+    "direct.B",
+    "indirect.R",
+    "indirect.G",
+    "indirect.B",
+    "caustic.R",
+    "caustic.G",
+    "caustic.B",
+];
+
+/// What determines the passes of a render: two films belong together if all of it is equal.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Identity {
+    /// SHA-256 of the scene's content as loaded, in hexadecimal: independent of names and folders.
+    pub scene: String,
+    /// Settings by name, as text, in the order in which a refusal looks for the first that differs.
+    pub settings: Vec<(String, String)>,
+}
+
+/// The first thing in which two renders differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Name of the setting, or `scene`.
+    pub name: String,
+    /// Its value in the first, `none` where it has no such setting.
+    pub ours: String,
+    /// Its value in the second.
+    pub theirs: String,
+}
+
+impl Identity {
+    /// The first difference; `None` if films of both may be added.
+    pub fn difference(&self, other: &Self) -> Option<Difference> {
+        let value = |settings: &[(String, String)], name: &str| {
+            settings.iter().find(|(known, _)| known == name).map_or("none".to_owned(), |(_, value)| value.clone())
+        };
+        let names = self.settings.iter().chain(&other.settings).map(|(name, _)| name);
+        let difference = |name: &String| {
+            let (ours, theirs) = (value(&self.settings, name), value(&other.settings, name));
+            (ours != theirs).then(|| Difference { name: name.clone(), ours, theirs })
+        };
+        let scene = || {
+            let short = |hash: &str| format!("content {}", hash.chars().take(12).collect::<String>());
+            let (ours, theirs) = (short(&self.scene), short(&other.scene));
+            (self.scene != other.scene).then(|| Difference { name: "scene".into(), ours, theirs })
+        };
+        scene().or_else(|| names.into_iter().find_map(difference))
+    }
+}
+
+/// Counts over all passes of a film, however many sessions rendered them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Totals {
+    /// Rendering time [s].
+    pub seconds: f64,
+    /// Passes repeated because their photons did not fit.
+    pub repeated: u64,
+    /// Photons emitted.
+    pub photons: u64,
+    /// Deposits stored in photon maps.
+    pub deposits: u64,
+    /// Photons that were still in flight at the bounce limit.
+    pub photons_truncated: u64,
+    /// Eye paths that ended at the depth limit.
+    pub eye_paths_truncated: u64,
+    /// Photons tested against eye hits and accepted, where they are counted.
+    pub pairs: [u64; 2],
+    /// Guards that fired, by name.
+    pub counters: BTreeMap<String, u64>,
+    /// What the estimator built, by name.
+    pub structure: BTreeMap<String, u64>,
+}
+
+impl Totals {
+    /// Adds the counts of other passes.
+    pub fn add(&mut self, other: &Self) {
+        self.seconds += other.seconds;
+        // Saturating: the numbers may come from a damaged file.
+        let add = |ours: &mut u64, theirs: &u64| *ours = ours.saturating_add(*theirs);
+        add(&mut self.repeated, &other.repeated);
+        add(&mut self.photons, &other.photons);
+        add(&mut self.deposits, &other.deposits);
+        add(&mut self.photons_truncated, &other.photons_truncated);
+        add(&mut self.eye_paths_truncated, &other.eye_paths_truncated);
+        self.pairs.iter_mut().zip(&other.pairs).for_each(|(ours, theirs)| add(ours, theirs));
+        for (ours, theirs) in [(&mut self.counters, &other.counters), (&mut self.structure, &other.structure)] {
+            theirs.iter().for_each(|(name, count)| add(ours.entry(name.clone()).or_default(), count));
+        }
+    }
+}
+
+/// A film and what is known about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmFile {
+    /// The sums.
+    pub film: Film,
+    /// What determines its passes.
+    pub identity: Identity,
+    /// Devices and drivers that rendered it. Passes of different ones may be added, but bits repeat on one only.
+    pub devices: Vec<String>,
+    /// Counts over its passes.
+    pub totals: Totals,
+}
+
+/// All of a [`FilmFile`] but the sums; cheap to read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    format: u32,
+    /// Passes in the film, as [`PassSet`] writes them.
+    passes: String,
+    /// [`Film::exponents`].
+    exponents: [i32; 2],
+    /// [`Film::rejected`].
+    rejected: u64,
+    /// Whether sums of layers are there.
+    layers: bool,
+    /// What determines the passes.
+    pub identity: Identity,
+    /// [`FilmFile::devices`].
+    pub devices: Vec<String>,
+    /// [`FilmFile::totals`].
+    pub totals: Totals,
+    /// SHA-256 of the words of all sums, pixel by pixel, in hexadecimal.
+    sums: String,
+    /// Width and height; from the file's own header.
+    #[serde(skip)]
+    pub size: [u32; 2],
+}
+
+impl About {
+    /// The passes in the film.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the text is not a set; never for what [`read_about`] returned.
+    pub fn passes(&self) -> Result<PassSet> {
+        self.passes.parse()
+    }
+}
+
+/// How the file is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Packing {
+    /// Run lengths: for files that are soon written again.
+    Fast,
+    /// ZIP.
+    Small,
+}
+
+impl FilmFile {
+    /// Adds the passes of another film.
+    ///
+    /// # Errors
+    /// Those of [`Film::merge`].
+    pub fn merge(&mut self, other: &Self) -> Result<()> {
+        self.film.merge(&other.film)?;
+        self.totals.add(&other.totals);
+        let new: Vec<String> = other.devices.iter().filter(|name| !self.devices.contains(name)).cloned().collect();
+        self.devices.extend(new);
+        Ok(())
+    }
+}
+
+/// Writes the film behind its picture. `path` only names the file in errors.
+///
+/// # Errors
+/// [`Error::Io`] if `sink` fails or the format cannot hold it.
+pub fn write(
+    sink: impl Write + Seek,
+    path: &Path,
+    (picture, metadata): (&Picture, &Metadata),
+    file: &FilmFile,
+    packing: Packing,
+) -> Result<()> {
+    let film = &file.film;
+    let about = About {
+        format: FORMAT,
+        passes: film.passes.to_string(),
+        exponents: film.exponents,
+        rejected: film.rejected,
+        layers: !film.layers.is_empty(),
+        identity: file.identity.clone(),
+        devices: file.devices.clone(),
+        totals: file.totals.clone(),
+        sums: digest(film),
+        size: [film.width, film.height],
+    };
+    let json = serde_json::to_string(&about).map_err(|cause| Error::io(path, "write", std::io::Error::other(cause)))?;
+    let mut metadata = metadata.clone();
+    metadata.insert(KEY.into(), Value::Text(json));
+    let encoding = match packing {
+        Packing::Small => Encoding::SMALL_LOSSLESS,
+        Packing::Fast => {
+            Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing }
+        }
+    };
+    exr::write_channels(sink, path, (picture, &metadata), film_channels(film), encoding)
+}
+
+/// SHA-256 of all words of a film.
+fn digest(film: &Film) -> String {
+    let mut hash = Sha256::new();
+    let mut row = Vec::new();
+    // In pieces of some length: the hash is much faster than one call a number.
+    for sums in film.sums.iter().map(|s| &s[..]).chain(film.layers.iter().map(|s| &s[..])) {
+        row.extend(sums.iter().flat_map(|sum| sum.0.to_le_bytes()));
+        if row.len() > 1 << 16 {
+            hash.update(&row);
+            row.clear();
+        }
+    }
+    hash.update(&row);
+    hex(&hash.finalize())
+}
+
+/// Bytes as hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn film_channels(film: &Film) -> Vec<AnyChannel<FlatSamples>> {
+    let mut channels = planes(&film.sums, &SUM_NAMES);
+    if !film.layers.is_empty() {
+        channels.extend(planes(&film.layers, &LAYER_NAMES));
+    }
+    channels
+}
+
+fn planes<const N: usize>(pixels: &[[ExactSum; N]], names: &[&str; N]) -> Vec<AnyChannel<FlatSamples>> {
+    let plane = |k: usize, word: usize| pixels.iter().map(|sums| sums[k].words()[word]).collect();
+    (0..N)
+        .flat_map(|k| (0..4).map(move |word| (k, word)))
+        .map(|(k, word)| {
+            let name = exr::text(&channel_name(names[k], word));
+            AnyChannel::new(name, FlatSamples::U32(plane(k, word)))
+        })
+        .collect()
+}
+
+fn channel_name(sum: &str, word: usize) -> String {
+    format!("film.{sum}.{word}")
+}
+
+/// Reads what a film file says about itself, without its sums.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged or holds no film.
+pub fn read_about(path: &Path) -> Result<About> {
+    Ok(open(path)?.1)
+}
+
+fn open(path: &Path) -> Result<(BufReader<File>, About)> {
+    let (mut input, bytes) = exr::open(path)?;
+    exr::check_size(&mut input, bytes, path)?;
+    input.rewind().map_err(|source| Error::io(path, "read", source))?;
+    let meta = exr::guarded(path, || MetaData::read_from_buffered(&mut input as &mut dyn Read, false))?;
+    input.rewind().map_err(|source| Error::io(path, "read", source))?;
+    let header = meta.headers.first().ok_or_else(|| Error::scene(path, "no picture"))?;
+    let json = header.own_attributes.other.iter().find_map(|(name, value)| match value {
+        AttributeValue::Text(text) if exr::string(name) == exr::PREFIX.to_owned() + KEY => Some(exr::string(text)),
+        _ => None,
+    });
+    let json = json.ok_or_else(|| {
+        Error::scene(path, "a picture without a film: only checkpoints, parts and merged films can be gone on with")
+    })?;
+    let damaged = |cause: &str| Error::scene(path, format!("the description of its film is damaged: {cause}"));
+    let mut about: About = serde_json::from_str(&json).map_err(|cause| damaged(&cause.to_string()))?;
+    if about.format != FORMAT {
+        return Err(Error::scene(path, format!("film format {}, this program reads {FORMAT}", about.format)));
+    }
+    about.passes().map_err(|cause| damaged(&cause.to_string()))?;
+    // Far beyond any scene in f32, and far from the limits of f64.
+    if about.exponents.iter().any(|exponent| exponent.abs() > 300) || !about.totals.seconds.is_finite() {
+        return Err(damaged("numbers out of range"));
+    }
+    let side = |side: usize| u32::try_from(side).map_err(|_| damaged("too large"));
+    about.size = [side(header.layer_size.width())?, side(header.layer_size.height())?];
+    Ok((input, about))
+}
+
+/// Reads a film.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged or holds no film.
+pub fn read(path: &Path) -> Result<FilmFile> {
+    let (mut input, about) = open(path)?;
+    let image = exr::guarded(path, || {
+        reader()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(&mut input)
+    })?;
+    let size = image.layer_data.size;
+    let [width, height] = about.size;
+    if (size.width(), size.height()) != (width as usize, height as usize) {
+        return Err(Error::scene(path, "its first picture is not the film's"));
+    }
+    let channels = &image.layer_data.channel_data;
+    let mut film = Film::new(width, height, about.exponents, about.layers);
+    gather(channels, &SUM_NAMES, &mut film.sums, path)?;
+    if about.layers {
+        gather(channels, &LAYER_NAMES, &mut film.layers, path)?;
+    }
+    film.passes = about.passes()?;
+    film.rejected = about.rejected;
+    if digest(&film) != about.sums {
+        return Err(Error::scene(path, "the sums of its film are damaged: their checksum is another"));
+    }
+    Ok(FilmFile { film, identity: about.identity, devices: about.devices, totals: about.totals })
+}
+
+fn gather<const N: usize>(
+    channels: &AnyChannels<FlatSamples>,
+    names: &[&str; N],
+    pixels: &mut [[ExactSum; N]],
+    path: &Path,
+) -> Result<()> {
+    for (k, sum) in names.iter().enumerate() {
+        for word in 0..4 {
+            let name = channel_name(sum, word);
+            let found = channels.list.iter().find(|channel| exr::string(&channel.name) == name);
+            let words = match found.map(|channel| &channel.sample_data) {
+                Some(FlatSamples::U32(words)) if words.len() == pixels.len() => words,
+                _ => return Err(Error::scene(path, format!("its film has no whole channel '{name}'"))),
+            };
+            for (sums, &bits) in pixels.iter_mut().zip(words) {
+                sums[k].0 |= i128::from(bits) << (32 * word);
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::image::Channels;
+    use proptest::prelude::*;
+    use std::io::Cursor;
+
+    fn sample(with_layers: bool) -> FilmFile {
+        let mut film = Film::new(5, 19, [3, -2], with_layers);
+        film.passes = "0..3,7..9".parse().expect("a set");
+        film.rejected = 4;
+        for (at, sum) in film.sums.iter_mut().flatten().enumerate() {
+            *sum = ExactSum((at as i128 - 400) << (at % 90));
+        }
+        for (at, sum) in film.layers.iter_mut().flatten().enumerate() {
+            *sum = ExactSum(-(at as i128) << (at % 100));
+        }
+        let settings = [("size", "5x19"), ("seed", "0")].map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let identity = Identity { scene: "ab".repeat(32), settings: settings.to_vec() };
+        let counters = BTreeMap::from([("photons_not_finite".to_owned(), 2)]);
+        let totals = Totals { seconds: 1.25, photons: u64::MAX, pairs: [1, 2], counters, ..Totals::default() };
+        FilmFile { film, identity, devices: vec!["a (\u{30ab} 1)".into()], totals }
+    }
+
+    fn encoded(file: &FilmFile, packing: Packing) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let metadata = Metadata::from([("seed".to_owned(), Value::Count(7))]);
+        write(&mut bytes, Path::new("x.exr"), (&file.film.picture(), &metadata), file, packing).expect("in memory");
+        bytes.into_inner()
+    }
+
+    fn with_bytes<T>(bytes: &[u8], read: impl FnOnce(&Path) -> T) -> T {
+        let file = tempfile::NamedTempFile::new().expect("a temporary file");
+        std::fs::write(file.path(), bytes).expect("written");
+        read(file.path())
+    }
+
+    #[test]
+    fn what_is_written_comes_back_and_is_a_picture() {
+        for (with_layers, packing) in [(false, Packing::Small), (true, Packing::Small), (true, Packing::Fast)] {
+            let file = sample(with_layers);
+            let bytes = encoded(&file, packing);
+            let back = with_bytes(&bytes, read).expect("our own file");
+            assert_eq!(back, file);
+            let mut flipped = back;
+            flipped.film.sums[40][8].0 ^= 1 << 96;
+            assert_ne!(flipped, file, "the check can fail");
+            let about = with_bytes(&bytes, read_about).expect("our own file");
+            assert_eq!((about.size, about.passes().expect("a set")), ([5, 19], file.film.passes.clone()));
+            let (picture, metadata) = with_bytes(&bytes, exr::read).expect("a picture");
+            let names = |picture: &Picture| picture.layers.iter().map(|l| l.name.clone()).collect::<Vec<_>>();
+            assert_eq!(names(&picture).len(), file.film.picture().layers.len());
+            assert_eq!(picture.beauty(), file.film.picture().beauty());
+            assert_eq!(metadata["seed"], Value::Count(7));
+        }
+    }
+
+    /// One bit of one word, repacked as a well-formed file: the decoder is content, the checksum is not.
+    #[test]
+    fn a_flipped_bit_is_found_by_the_checksum() {
+        let file = sample(true);
+        let bytes = encoded(&file, Packing::Fast);
+        let mut other = file.clone();
+        other.film.layers[94][16].0 ^= 1;
+        let about = |bytes: &[u8]| with_bytes(bytes, read_about).expect("ours").sums;
+        let changed = encoded(&other, Packing::Fast);
+        let (ours, theirs) = (about(&bytes), about(&changed));
+        assert_ne!(ours, theirs);
+        let at = changed.windows(64).position(|window| window == theirs.as_bytes()).expect("a checksum");
+        let mut forged = changed;
+        forged[at..at + 64].copy_from_slice(ours.as_bytes());
+        let message = with_bytes(&forged, read).expect_err("damaged").to_string();
+        assert!(message.contains("checksum"), "{message}");
+    }
+
+    #[test]
+    fn pictures_and_foreign_descriptions_are_refused_in_a_sentence() {
+        let mut picture = Picture::new(1, 1);
+        picture.push("", Channels::Rgb, vec![0.5; 3]);
+        let refusal = |text: Option<&str>| {
+            let metadata = text.map(|text| (KEY.to_owned(), Value::Text(text.to_owned()))).into_iter().collect();
+            let mut bytes = Cursor::new(Vec::new());
+            exr::write(&mut bytes, Path::new("x.exr"), &picture, &metadata).expect("in memory");
+            let error = with_bytes(bytes.get_ref(), read).expect_err("no film");
+            assert_eq!((error.exit_code(), error.to_string().lines().count()), (2, 1), "{error}");
+            error.to_string()
+        };
+        assert!(refusal(None).contains("a picture without a film"));
+        assert!(refusal(Some("{}")).contains("description of its film is damaged"));
+        let about = |change: fn(&mut About)| {
+            let file = sample(false);
+            let mut about = with_bytes(&encoded(&file, Packing::Fast), read_about).expect("ours");
+            change(&mut about);
+            serde_json::to_string(&about).expect("JSON")
+        };
+        assert!(refusal(Some(&about(|_| ()))).contains("no whole channel 'film.value.R.0'"));
+        assert!(refusal(Some(&about(|about| about.format = 2))).contains("film format 2"));
+        assert!(refusal(Some(&about(|about| about.passes = "3..1".into()))).contains("not a list of passes"));
+        assert!(refusal(Some(&about(|about| about.exponents = [i32::MIN + 1, 0]))).contains("out of range"));
+    }
+
+    #[test]
+    fn merging_adds_everything() {
+        let mut one = sample(true);
+        let mut two = FilmFile { devices: vec!["b".into()], ..sample(true) };
+        two.film.passes = PassSet::of(3..7);
+        one.merge(&two).expect("apart");
+        assert_eq!(one.film.passes, PassSet::of(0..9));
+        assert_eq!(one.devices, ["a (\u{30ab} 1)", "b"]);
+        assert_eq!((one.totals.seconds, one.totals.photons, one.totals.pairs), (2.5, u64::MAX, [2, 4]));
+        assert_eq!(one.totals.counters["photons_not_finite"], 4);
+        assert!(one.merge(&two).is_err(), "twice");
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let bytes = encoded(&sample(false), Packing::Fast);
+        for length in (0..bytes.len()).step_by(97) {
+            assert!(with_bytes(&bytes[..length], read).is_err(), "{length} of {} bytes", bytes.len());
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+        #[test]
+        fn random_damage_never_panics_and_never_changes_the_sums(
+            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        ) {
+            let file = sample(false);
+            let mut bytes = encoded(&file, Packing::Fast);
+            for (at, value) in edits {
+                let at = at.index(bytes.len());
+                bytes[at] = value;
+            }
+            match with_bytes(&bytes, read) {
+                Ok(back) => prop_assert_eq!(back.film.sums, file.film.sums),
+                Err(error) => prop_assert_eq!(error.exit_code(), 2),
+            }
+        }
+    }
+}

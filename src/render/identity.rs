@@ -1,0 +1,262 @@
+//! What determines the passes of a render, so that films of the same one can be told from others.
+
+use sha2::{Digest, Sha256};
+
+use super::sampling::Sampling;
+use super::session::Statistics;
+use super::settings::{Lens, Settings};
+use crate::film::film_file::{Identity, Totals, hex};
+use crate::kernels::photon::{COUNTERS, Footprint};
+use crate::scene::{Environment, Geometry, Image, Scene};
+
+/// The scene's content and every setting that a pass depends on, as the user would name them.
+///
+/// Content is what was loaded, not the bytes of the files: a copy in another folder is the same scene. What the session chooses
+/// by itself (leaf size, estimator) is called `automatic`: on one device it is the same each time.
+pub fn identity(scene: &Scene, settings: &Settings) -> Identity {
+    let settings = settings_as_text(settings).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    Identity { scene: scene_hash(scene), settings }
+}
+
+/// All fields by name, so that a new one has to be judged here.
+fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
+    let Settings {
+        width,
+        height,
+        camera,
+        lens,
+        seed,
+        method,
+        photons: _,
+        estimator,
+        knn_photons,
+        sampling,
+        weight,
+        footprint,
+        largest_footprint,
+        fold,
+        record,
+        blinn_phong,
+        layers,
+        eye_depth,
+        photon_bounces,
+        caustic_smoothing,
+        global_smoothing,
+        alpha,
+        photon_build,
+        leaf_photons,
+        bound_vertices,
+        amplification,
+        full_program,
+        lambert_estimate,
+        // Measurements: they change no pass.
+        count_pairs: _,
+        read_photons: _,
+    } = settings;
+    let automatic = |value: Option<String>| value.unwrap_or_else(|| "automatic".into());
+    vec![
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("size", format!("{width}x{height}")),
+        ("camera", camera.to_string()),
+        ("lens", lens.map_or("none".into(), |Lens { radius, focus }| format!("radius {radius} focus {focus}"))),
+        ("seed", seed.to_string()),
+        ("method", format!("{method:?}")),
+        ("photons", settings.photon_count().to_string()),
+        ("layers", if *layers { "yes" } else { "no" }.into()),
+        ("estimator", automatic(estimator.map(|estimator| estimator.name().to_owned()))),
+        ("sampling", sampling_as_text(*sampling)),
+        ("footprint", footprint_as_text(*footprint)),
+        ("largest footprint", largest_footprint.to_string()),
+        ("folds", fold.to_string()),
+        ("kernel", format!("{weight:?}")),
+        ("caustic smoothing", caustic_smoothing.to_string()),
+        ("global smoothing", global_smoothing.to_string()),
+        ("radius exponent", alpha.to_string()),
+        ("eye depth", eye_depth.to_string()),
+        ("photon bounces", photon_bounces.to_string()),
+        ("knn photons", knn_photons.to_string()),
+        ("photon record", format!("{record:?}")),
+        ("photon build", format!("{photon_build:?}")),
+        ("leaf photons", automatic(leaf_photons.map(|n| n.to_string()))),
+        ("bounds vertices", bound_vertices.to_string()),
+        ("bounds stage", format!("{amplification:?}")),
+        ("Blinn-Phong", blinn_phong.to_string()),
+        ("full program", full_program.to_string()),
+        ("Lambert estimate", lambert_estimate.to_string()),
+    ]
+}
+
+fn sampling_as_text(sampling: Sampling) -> String {
+    format!("{sampling:?}")
+}
+
+fn footprint_as_text(footprint: Footprint) -> String {
+    format!("{footprint:?}")
+}
+
+/// SHA-256 of everything in a scene that can be seen or shines.
+fn scene_hash(scene: &Scene) -> String {
+    // Names, warnings and counts of what was left out are not part of the picture.
+    let Scene { path: _, geometry, materials, images, textures, lights, environment, cameras, warnings: _, skipped: _ } =
+        scene;
+    let Geometry { positions, normals, tangents, uvs, colors, triangles, material } = geometry;
+    let mut hash = Sha256::new();
+    // Lengths stand before contents, so that no two scenes give the same bytes.
+    let mut add = |bytes: &[u8]| {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    };
+    add(bytemuck::cast_slice(positions));
+    add(bytemuck::cast_slice(normals));
+    add(bytemuck::cast_slice(tangents));
+    uvs.iter().for_each(|set| add(bytemuck::cast_slice(set)));
+    add(bytemuck::cast_slice(colors));
+    add(bytemuck::cast_slice(triangles));
+    add(bytemuck::cast_slice(material));
+    for Image { width, height, rgba } in images {
+        add(format!("{width}x{height}").as_bytes());
+        add(bytemuck::cast_slice(rgba));
+    }
+    if let Some(Environment { width, height, radiance }) = environment {
+        add(format!("{width}x{height}").as_bytes());
+        add(bytemuck::cast_slice(radiance));
+    }
+    // Debug text of a number is exact, and has every field, also those that are yet to come.
+    add(format!("{materials:?} {textures:?} {lights:?} {cameras:?}").as_bytes());
+    hex(&hash.finalize())
+}
+
+/// What [`super::Estimator::Tiled`] counts.
+const STRUCTURE_COUNTS: [&str; 2] = ["photons_in_tiles", "tile_entries"];
+
+impl Statistics {
+    /// As they are kept with a film.
+    pub fn totals(&self) -> Totals {
+        let map = |counts: &[(&str, u64)]| counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
+        Totals {
+            seconds: self.seconds,
+            repeated: self.repeated,
+            photons: self.photons,
+            deposits: self.deposits,
+            photons_truncated: self.photons_truncated,
+            eye_paths_truncated: self.eye_paths_truncated,
+            pairs: [self.pairs_tested, self.pairs_accepted],
+            counters: map(&self.counters),
+            structure: map(&self.structure_counts),
+        }
+    }
+
+    /// From what was kept with a film of so many passes; names that this program does not count are left out.
+    pub(super) fn restored(totals: &Totals, passes: u64) -> Self {
+        let known = |names: &[&'static str], counts: &std::collections::BTreeMap<String, u64>| {
+            names.iter().filter_map(|name| Some((*name, *counts.get(*name)?))).collect::<Vec<_>>()
+        };
+        let counter = |name: &&'static str| (*name, totals.counters.get(*name).copied().unwrap_or(0));
+        Self {
+            passes,
+            repeated: totals.repeated,
+            photons: totals.photons,
+            deposits: totals.deposits,
+            counters: COUNTERS.iter().map(counter).collect(),
+            photons_truncated: totals.photons_truncated,
+            eye_paths_truncated: totals.eye_paths_truncated,
+            rejected: 0,
+            pairs_tested: totals.pairs[0],
+            pairs_accepted: totals.pairs[1],
+            structure_counts: known(&STRUCTURE_COUNTS, &totals.structure),
+            seconds: totals.seconds,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Material, Projection};
+
+    fn scene() -> Scene {
+        let projection = Projection::Perspective { yfov: 0.7, aspect: None };
+        let camera = Camera {
+            name: "front".into(),
+            position: [0.0, 1.0, 4.0],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+            projection,
+        };
+        Scene {
+            geometry: Geometry {
+                positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                normals: vec![[0.0, 0.0, 1.0]; 3],
+                triangles: vec![[0, 1, 2]],
+                material: vec![0],
+                ..Geometry::default()
+            },
+            materials: vec![Material::default()],
+            cameras: vec![camera],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn whatever_can_be_seen_changes_the_hash_and_nothing_else_does() {
+        let same = Scene { path: "b.glb".into(), warnings: vec!["w".into()], ..scene() };
+        assert_eq!(scene_hash(&scene()), scene_hash(&same));
+        let mut hashes = vec![scene_hash(&scene())];
+        let mut changed = |change: fn(&mut Scene)| {
+            let mut scene = scene();
+            change(&mut scene);
+            hashes.push(scene_hash(&scene));
+        };
+        changed(|s| s.geometry.positions[1][0] = 1.000_000_1);
+        changed(|s| s.geometry.uvs[0] = vec![[0.0; 2]; 3]);
+        changed(|s| s.geometry.uvs[1] = vec![[0.0; 2]; 3]);
+        changed(|s| s.materials[0].roughness = 0.999_999_94);
+        changed(|s| s.cameras[0].position[0] = 1e-30);
+        changed(|s| s.images = vec![Image { width: 1, height: 2, rgba: vec![[0; 4]; 2] }]);
+        changed(|s| s.images = vec![Image { width: 2, height: 1, rgba: vec![[0; 4]; 2] }]);
+        changed(|s| s.environment = Some(Environment { width: 1, height: 2, radiance: vec![[0.0; 3]; 2] }));
+        changed(|s| s.environment = Some(Environment { width: 1, height: 2, radiance: vec![[-0.0; 3]; 2] }));
+        let count = hashes.len();
+        hashes.sort();
+        hashes.dedup();
+        assert_eq!(hashes.len(), count);
+    }
+
+    #[test]
+    fn the_first_setting_that_differs_is_named() {
+        let of = |settings: Settings| identity(&scene(), &settings);
+        let base = of(Settings::default());
+        assert_eq!(base.difference(&of(Settings { count_pairs: true, ..Settings::default() })), None);
+        let explicit = Settings { photons: Some(Settings::default().photon_count()), ..Settings::default() };
+        assert_eq!(base.difference(&of(explicit)), None, "the default, said aloud");
+        let differs = |settings: Settings| base.difference(&of(settings)).expect("another render");
+        let seed = differs(Settings { seed: 1, alpha: 0.5, ..Settings::default() });
+        assert_eq!((seed.name.as_str(), seed.ours.as_str(), seed.theirs.as_str()), ("seed", "0", "1"));
+        assert_eq!(differs(Settings { width: 8, ..Settings::default() }).theirs, "8x480");
+        let lens = Some(Lens { radius: 0.5, focus: 2.0 });
+        assert_eq!(differs(Settings { lens, ..Settings::default() }).theirs, "radius 0.5 focus 2");
+        let mut other = scene();
+        other.materials[0].metallic = 0.0;
+        assert_eq!(base.difference(&identity(&other, &Settings::default())).expect("another scene").name, "scene");
+    }
+
+    #[test]
+    fn statistics_come_back() {
+        let statistics = Statistics {
+            passes: 3,
+            repeated: 1,
+            photons: 300,
+            deposits: 200,
+            counters: COUNTERS.iter().zip(1..).map(|(name, n)| (*name, n)).collect(),
+            photons_truncated: 4,
+            eye_paths_truncated: 5,
+            rejected: 0,
+            pairs_tested: 6,
+            pairs_accepted: 7,
+            structure_counts: vec![("photons_in_tiles", 8), ("tile_entries", 9)],
+            seconds: 1.5,
+        };
+        assert_eq!(Statistics::restored(&statistics.totals(), 3), statistics);
+    }
+}
