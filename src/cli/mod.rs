@@ -16,6 +16,7 @@ pub mod info;
 pub mod interrupt;
 pub mod progress;
 pub mod render;
+pub mod study;
 pub mod values;
 
 use std::ffi::OsString;
@@ -57,6 +58,8 @@ enum Command {
     Bench(Box<bench::BenchArgs>),
     /// Measure the difference between two EXR pictures.
     Compare(compare::CompareArgs),
+    /// Measure error against run time over scenes, settings and seeds.
+    Study(study::StudyArgs),
 }
 
 /// Parses, runs, reports: everything the program does. `args` begins with the program's name.
@@ -109,6 +112,7 @@ fn run(cli: Cli) -> Result<()> {
         Command::Devices(args) => devices::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Study(args) => study::run(&args),
     }
 }
 

@@ -8,6 +8,7 @@ mod host_map;
 mod leaf_size;
 mod lights;
 mod memory;
+pub mod names;
 mod outline;
 mod pixels;
 mod recording;
