@@ -60,9 +60,9 @@ fn measure(footprint: Footprint, photons: u32, (doublings, seeds): (u32, u32)) -
             footprint,
             seed,
             leaf_photons: Some(8),
-            // The mirror and the floor; the floor.
+            // The mirror and the floor.
             photon_bounces: 2,
-            eye_depth: 1,
+            eye_depth: 2,
             ..settings(SIDE, SIDE, photons)
         };
         let mut session = Session::new(&runtime, scene.clone(), settings).expect("a session");
