@@ -204,6 +204,7 @@ impl ValueEnum for Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::{Sampling, Scale};
 
     #[test]
     fn sizes() {

@@ -166,7 +166,7 @@ impl<'a> Plan<'a> {
     fn key(&self, scene: usize, content: &str) -> String {
         let loaded = &self.scenes[scene];
         let parts = [&scene_key(&loaded.scene), &loaded.reference.key, &self.device(), content];
-        parts.iter().fold(Fingerprint::default(), |key, part| key.add(part.as_bytes())).text()
+        parts.iter().fold(Fingerprint::default(), |key, part| key.with(part.as_bytes())).text()
     }
 
     /// Device and driver.
@@ -277,14 +277,14 @@ fn scene_key(scene: &Scene) -> String {
         bytemuck::cast_slice(&g.colors),
     ];
     for part in floats.into_iter().chain([bytemuck::cast_slice(&g.triangles), bytemuck::cast_slice(&g.material)]) {
-        key = key.add(part);
+        key = key.with(part);
     }
     for image in &scene.images {
-        key = key.add(&image.width.to_le_bytes()).add(bytemuck::cast_slice(&image.rgba));
+        key = key.with(&image.width.to_le_bytes()).with(bytemuck::cast_slice(&image.rgba));
     }
     if let Some(environment) = &scene.environment {
-        key = key.add(&environment.width.to_le_bytes()).add(bytemuck::cast_slice(&environment.radiance));
+        key = key.with(&environment.width.to_le_bytes()).with(bytemuck::cast_slice(&environment.radiance));
     }
     let rest = format!("{:?} {:?} {:?} {:?}", scene.materials, scene.textures, scene.lights, scene.cameras);
-    key.add(rest.as_bytes()).text()
+    key.with(rest.as_bytes()).text()
 }

@@ -33,12 +33,12 @@ impl Source {
         match &entry.reference {
             Reference::File(path) => {
                 let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read", source))?;
-                Ok(Self { file: path.clone(), key: Fingerprint::default().add(&bytes).text(), render: None })
+                Ok(Self { file: path.clone(), key: Fingerprint::default().with(&bytes).text(), render: None })
             }
             Reference::Render(render) => {
                 let settings = Settings { seed: render.seed, ..render.settings.resolve(scene, camera, entry.size) };
                 let content = format!("{settings:?} {:?}", render.limits());
-                let key = Fingerprint::default().add(scene_key.as_bytes()).add(content.as_bytes()).text();
+                let key = Fingerprint::default().with(scene_key.as_bytes()).with(content.as_bytes()).text();
                 let name = format!("{}-{}.exr", file_name(&entry.name), &key[..12]);
                 Ok(Self { file: folder.join(name), key, render: Some(((**render).clone(), settings)) })
             }

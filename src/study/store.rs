@@ -112,7 +112,7 @@ impl Default for Fingerprint {
 
 impl Fingerprint {
     /// Includes a part; parts are kept apart by their lengths.
-    pub fn add(self, part: &[u8]) -> Self {
+    pub fn with(self, part: &[u8]) -> Self {
         let step = |hash: u128, byte: &u8| (hash ^ u128::from(*byte)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
         let length = (part.len() as u64).to_le_bytes();
         Self(part.iter().chain(&length).fold(self.0, step))
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn fingerprints_tell_parts_apart() {
-        let of = |parts: &[&str]| parts.iter().fold(Fingerprint::default(), |f, part| f.add(part.as_bytes())).text();
+        let of = |parts: &[&str]| parts.iter().fold(Fingerprint::default(), |f, part| f.with(part.as_bytes())).text();
         let all = [of(&[]), of(&[""]), of(&["ab"]), of(&["a", "b"]), of(&["ab", ""]), of(&["ba"])];
         let different: std::collections::BTreeSet<_> = all.iter().collect();
         assert_eq!(different.len(), all.len(), "{all:?}");
