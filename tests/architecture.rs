@@ -27,7 +27,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
     ("bench", &["draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
-    ("study", &["fit", "plot", "render", "scene", "film", "error"]),
+    // A study opens sessions, which takes the graph's runtime.
+    ("study", &["fit", "plot", "render", "graph", "scene", "film", "error"]),
     ("cli", &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
     ("viewer", &["render", "scene", "film", "vk", "error"]),
 ];

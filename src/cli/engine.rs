@@ -137,19 +137,8 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
     })
 }
 
-/// Smallest and largest radius of `--footprint density` in scene radii: the range that differentials mostly give.
-const DENSITY_RADII: [f32; 2] = [0.002, 0.02];
-
 pub(super) fn footprint(rule: FootprintRule, scene: &Scene) -> Footprint {
-    match rule {
-        FootprintRule::Differential => Footprint::Differential,
-        FootprintRule::Fixed(radius) => Footprint::Fixed(radius),
-        FootprintRule::Density(Some((min, max))) => Footprint::Density { min, max },
-        FootprintRule::Density(None) => {
-            let [min, max] = DENSITY_RADII.map(|r| r * scene.bounds().map_or(1.0, |b| b.radius()));
-            Footprint::Density { min, max }
-        }
-    }
+    rule.in_scene(scene)
 }
 
 /// The lens that the flags ask of this camera.

@@ -23,6 +23,7 @@ pub mod merge;
 pub mod progress;
 pub mod render;
 mod stop;
+pub mod study;
 pub mod values;
 
 use std::ffi::OsString;
@@ -68,6 +69,8 @@ enum Command {
     Bench(Box<bench::BenchArgs>),
     /// Measure the difference between two EXR pictures.
     Compare(compare::CompareArgs),
+    /// Measure error against run time over scenes, settings and seeds.
+    Study(study::StudyArgs),
 }
 
 /// Parses, runs, reports: everything the program does. `args` begins with the program's name.
@@ -121,6 +124,7 @@ fn run(cli: Cli) -> Result<()> {
         Command::Devices(args) => devices::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Study(args) => study::run(&args),
     }
 }
 

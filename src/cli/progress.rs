@@ -178,7 +178,7 @@ pub fn si(number: f64) -> String {
 }
 
 /// Seconds as `42 s`, `3:07` or `2:03:07`.
-fn clock(seconds: f64) -> String {
+pub(super) fn clock(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
         (0, 0, s) => format!("{s} s"),

@@ -12,6 +12,7 @@ mod light_tracing;
 mod lights;
 mod memory;
 mod method;
+pub mod names;
 mod outline;
 mod pixels;
 mod recording;

@@ -135,6 +135,12 @@ impl Device {
         lock(&self.core.memory).all
     }
 
+    /// Begins the peak of [`Self::memory`] anew with what is in use now: to measure one render of many.
+    pub fn restart_memory_peak(&self) {
+        let all = &mut lock(&self.core.memory).all;
+        all.peak = all.current;
+    }
+
     /// A new buffer of `bytes` bytes (0 is allowed) with undefined content.
     ///
     /// # Errors

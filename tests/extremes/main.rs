@@ -4,6 +4,7 @@
 //! Every render here goes through [`lab::Shot`], which fails on a validation message, on a number that is not finite and on
 //! a pixel that the film had to reject, and prints the guards that fired.
 
+mod convergence;
 mod degenerate;
 mod differentials;
 mod error_bars;

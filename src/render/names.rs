@@ -1,0 +1,131 @@
+//! Settings as they are written, on the command line and in the file of a study.
+
+use super::{Footprint, Sampling, Scale};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// Picture size in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// 1 ... 65536.
+    pub width: u32,
+    /// 1 ... 65536.
+    pub height: u32,
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+/// Parses `640x480`.
+pub fn size(text: &str) -> std::result::Result<Size, String> {
+    const GREATEST_SIDE: u32 = 1 << 16;
+    const MOST_PIXELS: u64 = 1 << 28;
+    let side = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=GREATEST_SIDE).contains(side));
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, for example 640x480")?;
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(format!("more than {MOST_PIXELS} pixels"));
+    }
+    Ok(Size { width, height })
+}
+
+/// Parses a smoothing factor: 0.1 ... 100 photon spacings.
+pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
+    let factor = text.parse::<f32>().ok().filter(|factor| (0.1..=100.0).contains(factor));
+    factor.ok_or_else(|| "expected a number between 0.1 and 100".into())
+}
+
+/// The camera that `wanted` means: a name, otherwise an index from 0.
+///
+/// # Errors
+/// [`Error::Usage`] with the names there are.
+pub fn choose_camera(wanted: &str, names: &[&str]) -> Result<usize> {
+    let by_name = names.iter().position(|name| *name == wanted);
+    let by_index = || wanted.parse().ok().filter(|index| *index < names.len());
+    by_name.or_else(by_index).ok_or_else(|| {
+        let list: Vec<String> = names.iter().enumerate().map(|(index, name)| format!("{index} '{name}'")).collect();
+        Error::Usage(format!("no camera '{wanted}'; the scene has {}", list.join(", ")))
+    })
+}
+
+/// A rule for footprints as it is written; the radii of `density` without numbers follow from the size of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FootprintRule {
+    /// By photon differentials.
+    Differential,
+    /// By path density, between two radii in scene units.
+    Density(Option<(f32, f32)>),
+    /// One radius in scene units.
+    Fixed(f32),
+}
+
+/// Smallest and largest radius of `density` without numbers, in scene radii: the range that differentials mostly give.
+const DENSITY_RADII: [f32; 2] = [0.002, 0.02];
+
+impl FootprintRule {
+    /// The rule with the lengths of a scene.
+    pub fn in_scene(self, scene: &Scene) -> Footprint {
+        match self {
+            Self::Differential => Footprint::Differential,
+            Self::Fixed(radius) => Footprint::Fixed(radius),
+            Self::Density(Some((min, max))) => Footprint::Density { min, max },
+            Self::Density(None) => {
+                let [min, max] = DENSITY_RADII.map(|r| r * scene.bounds().map_or(1.0, |b| b.radius()));
+                Footprint::Density { min, max }
+            }
+        }
+    }
+}
+
+/// Parses `differential`, `density`, `density:0.01:0.1`, `fixed:0.05`.
+pub fn footprint(text: &str) -> std::result::Result<FootprintRule, String> {
+    let expected =
+        || "expected differential, density, density:MIN:MAX or fixed:RADIUS, for example fixed:0.05".to_owned();
+    let radius = |text: &str| text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite()).ok_or_else(expected);
+    let parts: Vec<&str> = text.split(':').collect();
+    match parts[..] {
+        ["differential"] => Ok(FootprintRule::Differential),
+        ["density"] => Ok(FootprintRule::Density(None)),
+        ["density", min, max] => {
+            let (min, max) = (radius(min)?, radius(max)?);
+            if min <= max {
+                Ok(FootprintRule::Density(Some((min, max))))
+            } else {
+                Err("MIN is greater than MAX".into())
+            }
+        }
+        ["fixed", r] => Ok(FootprintRule::Fixed(radius(r)?)),
+        _ => Err(expected()),
+    }
+}
+
+/// Parses `full`, `regular:4`, `stochastic:4`, `stochastic:4:ratio:filter`.
+pub fn sampling(text: &str) -> std::result::Result<Sampling, String> {
+    let (mode, rest) = text.split_once(':').map_or((text, None), |(mode, rest)| (mode, Some(rest)));
+    let (k, options) = rest.map_or((None, vec![]), |rest| {
+        let mut parts = rest.split(':');
+        (parts.next(), parts.collect::<Vec<_>>())
+    });
+    let k = || {
+        let k = k.and_then(|k| k.parse().ok()).filter(|k| Sampling::K.contains(k));
+        k.ok_or_else(|| format!("expected a whole number from 2 to 16 after the mode, for example {mode}:4"))
+    };
+    let wrong = |option: &str| format!("'{option}' is not an option of {mode}");
+    match (mode, &options[..]) {
+        ("full", []) if rest.is_none() => Ok(Sampling::Full),
+        ("regular", []) => Ok(Sampling::Regular(k()?)),
+        ("regular", [option, ..]) => Err(wrong(option)),
+        ("stochastic", options) => {
+            let k = k()?;
+            if let Some(option) = options.iter().find(|option| !["ratio", "filter"].contains(option)) {
+                return Err(wrong(option));
+            }
+            let scale = if options.contains(&"ratio") { Scale::Ratio } else { Scale::Unbiased };
+            Ok(Sampling::Stochastic { k, scale, filter: options.contains(&"filter") })
+        }
+        _ => Err("expected full, regular:K, stochastic:K, stochastic:K:ratio or stochastic:K:filter".into()),
+    }
+}
