@@ -4,7 +4,9 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
 use crate::film::tonemap::Curve;
-pub use crate::render::names::{FootprintRule, Size, choose_camera, footprint, sampling, size, smoothing};
+pub use crate::render::names::{
+    FootprintRule, Size, choose_camera, footprint, largest_footprint, sampling, size, smoothing,
+};
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Weight};
 
 /// Parses `30s`, `1h30m`, `250ms` or plain seconds; the result is in seconds and greater than 0.
@@ -58,12 +60,6 @@ pub fn count(text: &str) -> std::result::Result<u64, String> {
 pub fn stops(text: &str) -> std::result::Result<f32, String> {
     let stops = text.parse::<f32>().ok().filter(|stops| stops.abs() <= 64.0);
     stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
-}
-
-/// A largest semiaxis in scene radii: 0.0001 ... 1.
-pub fn largest_footprint(text: &str) -> std::result::Result<f32, String> {
-    let radius = text.parse::<f32>().ok().filter(|radius| (1e-4..=1.0).contains(radius));
-    radius.ok_or_else(|| "expected a number between 0.0001 and 1".into())
 }
 
 /// A number of bytes for people: `1.5 MiB`.
@@ -231,6 +227,14 @@ mod tests {
     use crate::render::{Sampling, Scale};
 
     #[test]
+    fn largest_footprints() {
+        assert_eq!(largest_footprint("0.05"), Ok(0.05));
+        for bad in ["", "0", "-1", "nan", "inf", "1.1", "x"] {
+            assert!(largest_footprint(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
     fn sizes() {
         assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }));
         assert_eq!(size("1X16384").map(|size| size.to_string()), Ok("1x16384".into()));
@@ -284,14 +288,6 @@ mod tests {
         assert_eq!(smoothing("2.5"), Ok(2.5));
         for bad in ["", "0", "-1", "nan", "inf", "101", "x"] {
             assert!(smoothing(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn largest_footprints() {
-        assert_eq!(largest_footprint("0.05"), Ok(0.05));
-        for bad in ["", "0", "-1", "nan", "inf", "1.1", "x"] {
-            assert!(largest_footprint(bad).is_err(), "{bad}");
         }
     }
 

@@ -32,6 +32,12 @@ pub fn size(text: &str) -> std::result::Result<Size, String> {
     Ok(Size { width, height })
 }
 
+/// A largest semiaxis in scene radii: 0.0001 ... 1.
+pub fn largest_footprint(text: &str) -> std::result::Result<f32, String> {
+    let radius = text.parse::<f32>().ok().filter(|radius| (1e-4..=1.0).contains(radius));
+    radius.ok_or_else(|| "expected a number between 0.0001 and 1".into())
+}
+
 /// Parses a smoothing factor: 0.1 ... 100 photon spacings.
 pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
     let factor = text.parse::<f32>().ok().filter(|factor| (0.1..=100.0).contains(factor));

@@ -98,12 +98,7 @@ impl Spelled for Record {
 
 impl Spelled for Method {
     fn spelled(text: &str) -> Result<Self, String> {
-        match text {
-            "photons" => Ok(Self::Photons),
-            "path" => Ok(Self::Path),
-            "light" => Ok(Self::Light),
-            _ => Err("expected one of photons, path, light".into()),
-        }
+        named(text)
     }
 }
 
@@ -157,6 +152,16 @@ impl Spelled for Smoothing {
     }
 }
 
+/// Largest semiaxis in scene radii.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestFootprint(pub f32);
+
+impl Spelled for LargestFootprint {
+    fn spelled(text: &str) -> Result<Self, String> {
+        names::largest_footprint(text).map(Self)
+    }
+}
+
 /// Exponent of the radius schedule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alpha(pub f64);
@@ -198,7 +203,9 @@ pub struct Choice {
     pub caustic_smoothing: Option<Written<Smoothing>>,
     /// As `--global-smoothing`.
     pub global_smoothing: Option<Written<Smoothing>>,
-    /// Factor on both smoothings, and so on the first radius.
+    /// As `--largest-footprint`.
+    pub largest_footprint: Option<Written<LargestFootprint>>,
+    /// Factor on both smoothings and on the largest footprint: on the first radius, whatever sets it.
     pub radius: Option<Written<Positive>>,
     /// Exponent of the radius schedule, 0 to 1; 1 never shrinks.
     pub alpha: Option<Written<Alpha>>,
@@ -227,6 +234,7 @@ impl Choice {
             ("photons_per_pixel", text(&self.photons_per_pixel)),
             ("caustic_smoothing", text(&self.caustic_smoothing)),
             ("global_smoothing", text(&self.global_smoothing)),
+            ("largest_footprint", text(&self.largest_footprint)),
             ("radius", text(&self.radius)),
             ("alpha", text(&self.alpha)),
             ("photon_bounces", text(&self.photon_bounces)),
@@ -264,6 +272,7 @@ impl Choice {
             record: or(&self.photon_record, d.record),
             caustic_smoothing: or(&self.caustic_smoothing, Smoothing(d.caustic_smoothing)).0 * radius,
             global_smoothing: or(&self.global_smoothing, Smoothing(d.global_smoothing)).0 * radius,
+            largest_footprint: or(&self.largest_footprint, LargestFootprint(d.largest_footprint)).0 * radius,
             alpha: or(&self.alpha, Alpha(d.alpha)).0,
             photon_bounces: or(&self.photon_bounces, Count(d.photon_bounces)).0,
             eye_depth: or(&self.eye_depth, Count(d.eye_depth)).0,
@@ -280,6 +289,8 @@ pub struct Grid {
     photons_per_pixel: Vec<Written<Positive>>,
     /// Factors on the first radius.
     radius: Vec<Written<Positive>>,
+    /// Largest semiaxes in scene radii.
+    largest_footprint: Vec<Written<LargestFootprint>>,
     /// Exponents of the radius schedule.
     alpha: Vec<Written<Alpha>>,
     /// Kernels.
@@ -311,6 +322,7 @@ impl Grid {
         let variants = vec![Choice::default()];
         let variants = with((variants, "ppp"), &self.photons_per_pixel, |v, x| v.photons_per_pixel = Some(x));
         let variants = with((variants, "r"), &self.radius, |v, x| v.radius = Some(x));
+        let variants = with((variants, "largest"), &self.largest_footprint, |v, x| v.largest_footprint = Some(x));
         let variants = with((variants, "a"), &self.alpha, |v, x| v.alpha = Some(x));
         let variants = with((variants, "k"), &self.kernel, |v, x| v.kernel = Some(x));
         with((variants, "e"), &self.estimator, |v, x| v.estimator = Some(x))

@@ -75,7 +75,7 @@ pub enum Reference {
 pub struct ReferenceRender {
     /// Passes; if there is a time too, what comes first.
     passes: Option<Written<Count>>,
-    /// Rendering time [s].
+    /// Rendering time in seconds.
     seconds: Option<Written<Positive>>,
     /// Seed; other than those of the study.
     #[serde(default = "reference_seed")]

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::record::{Budget, Record, TrueError};
 use crate::error::{Error, Result};
+use crate::film::flip::{self, PIXELS_PER_DEGREE};
 use crate::film::image::Picture;
 use crate::film::metrics;
 use crate::graph::Runtime;
@@ -80,7 +81,7 @@ impl Meter {
         self.passes
     }
 
-    /// Rendering time [s].
+    /// Rendering time in seconds.
     pub fn seconds(&self) -> f64 {
         self.pass_seconds.iter().sum()
     }
@@ -93,12 +94,18 @@ impl Meter {
         self.session.picture()
     }
 
+    /// The picture so far, and the session's own estimate of its error.
+    fn judged(&self) -> Result<(Picture, Option<f64>)> {
+        let film = self.session.film()?;
+        Ok((film.picture(), self.session.error_of(&film).relative))
+    }
+
     /// Photons emitted for the film.
     fn photons(&self) -> Result<u64> {
         Ok(self.session.statistics()?.photons - self.photons_before)
     }
 
-    /// Where the time went [s]: the outermost scopes of the device's timeline, `host` for what is left of the rendering time,
+    /// Where the time went in seconds: the outermost scopes of the device's timeline, `host` for what is left of the rendering time,
     /// `build` for the session, `compile` for the excess of the first pass over the median of the others.
     fn time_split(&self) -> BTreeMap<String, f64> {
         let mut split = self.scopes.clone();
@@ -111,10 +118,11 @@ impl Meter {
         split
     }
 
-    /// Whether a budget is used up.
+    /// Whether a budget is used up: of the ends of passes, the one nearest to it counts, so that budgets of few passes are
+    /// neither missed nor exceeded on average.
     fn has_reached(&self, budget: Budget) -> bool {
         match budget {
-            Budget::Seconds(seconds) => self.seconds() >= seconds,
+            Budget::Seconds(seconds) => self.seconds() * (1.0 + 0.5 / self.passes.max(1) as f64) >= seconds,
             Budget::Passes(passes) => self.passes >= passes,
         }
     }
@@ -186,8 +194,8 @@ pub fn render(
         if reached.is_empty() {
             continue;
         }
-        let picture = meter.picture()?;
-        let point = point(&meter, order, &picture)?;
+        let (picture, estimated_error) = meter.judged()?;
+        let point = Record { estimated_error, ..point(&meter, order, &picture)? };
         reached.into_iter().for_each(|(budget, record)| *record = Some(Record { budget: *budget, ..point.clone() }));
         last = Some(picture);
     }
@@ -196,7 +204,7 @@ pub fn render(
     Ok((records.into_iter().flatten().collect(), picture))
 }
 
-/// Everything about a render at this moment, but the budget.
+/// Everything about a render at this moment, but the budget and its own estimate.
 fn point(meter: &Meter, order: &Order<'_>, picture: &Picture) -> Result<Record> {
     let mut time_split = meter.time_split();
     time_split.extend(order.blank.time_split.clone());
@@ -205,7 +213,6 @@ fn point(meter: &Meter, order: &Order<'_>, picture: &Picture) -> Result<Record> 
         photons: meter.photons()?,
         seconds: meter.seconds(),
         error: true_error(picture, order.reference, order.flip)?,
-        estimated_error: None, // of the session, where it has one
         time_split,
         device_bytes: meter.runtime.device().memory().peak,
         left_out: Needs::of(order.scene).left_out().into_iter().map(str::to_owned).collect(),
@@ -217,14 +224,16 @@ fn point(meter: &Meter, order: &Order<'_>, picture: &Picture) -> Result<Record> 
 ///
 /// # Errors
 /// Those of [`metrics::compare`].
-pub fn true_error(picture: &Picture, reference: &Picture, _flip: bool) -> Result<TrueError> {
+pub fn true_error(picture: &Picture, reference: &Picture, flip: bool) -> Result<TrueError> {
     let m = metrics::compare(picture, reference, "")?;
+    let flip =
+        if flip { flip::hdr(picture, reference, "", PIXELS_PER_DEGREE)?.map(|(flip, _)| flip.mean) } else { None };
     Ok(TrueError {
         mse: m.mse,
         relmse: m.relmse,
         relmse_trimmed: m.relmse_trimmed,
         smape: m.smape,
-        flip: None, // of film::flip, if `flip`
+        flip,
         mean_ratio: m.mean_ratio,
     })
 }

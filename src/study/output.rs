@@ -33,7 +33,8 @@ pub const RECORD_COLUMNS: [&str; 17] = [
 pub const DECOMPOSITION_COLUMNS: [&str; 7] =
     ["scene", "variant", "passes", "seeds", "bias_squared", "variance", "settings"];
 
-/// Writes `results.json`, `results.csv` and `decomposition.csv` into the folder and returns their names. Each file appears
+/// Writes `results.json`, `results.csv`, `decomposition.csv`, `report.html`, `summary.md` and the plots as SVG into the folder and
+/// returns the names of all but the plots. Each file appears
 /// whole or not at all.
 ///
 /// # Errors
@@ -45,8 +46,12 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
         ("results.json", json + "\n"),
         ("results.csv", records_csv(&results.records)),
         ("decomposition.csv", decompositions_csv(&results.decompositions)),
-        // The place of ("report.html", super::report::html(results)).
+        ("report.html", super::report::html(results)),
+        ("summary.md", super::report::markdown_summary(results)),
     ];
+    for (name, svg) in super::report::plots(results) {
+        write_text(&folder.join(name), &svg)?;
+    }
     files.iter().map(|(name, text)| write_text(&folder.join(name), text)).collect()
 }
 

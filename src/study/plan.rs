@@ -23,7 +23,7 @@ pub struct LoadedScene {
     pub scene: Scene,
     /// Index of the camera.
     pub camera: usize,
-    /// Time of loading [s].
+    /// Time of loading in seconds.
     pub seconds: f64,
     /// What its renders are compared with.
     pub reference: Source,
@@ -194,7 +194,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Rendering time that it will take [s], if anything is known about it.
+    /// Rendering time that it will take, in seconds, if anything is known about it.
     pub fn estimate(&self, unit: &Unit) -> Option<f64> {
         let by_passes = |passes: u64| Some(self.pace(unit)? * passes as f64);
         match unit.work {

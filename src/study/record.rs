@@ -16,22 +16,22 @@ pub struct Record {
     pub settings: BTreeMap<String, String>,
     /// Seed.
     pub seed: u64,
-    /// What the render was allowed to use.
+    /// What the render was allowed to use; of the ends of passes, the one nearest to it counts.
     pub budget: Budget,
     /// Passes in the picture.
     pub passes: u64,
     /// Photons emitted.
     pub photons: u64,
-    /// Rendering time, without loading, set-up and measuring [s].
+    /// Rendering time, without loading, set-up and measuring, in seconds.
     pub seconds: f64,
     /// The difference from the reference.
     pub error: TrueError,
     /// The renderer's own estimate of the root of the relative squared error (a part of one, not percent); `None` where it
     /// has none.
     pub estimated_error: Option<f64>,
-    /// Where the time went, of the whole render so far [s]: `load`, `build`, `compile`, `trace`, `gather`, `write`, ...
+    /// Where the time went, of the whole render so far, in seconds: `load`, `build`, `compile`, `trace`, `gather`, `write`, ...
     pub time_split: BTreeMap<String, f64>,
-    /// Greatest device memory in use [bytes].
+    /// Greatest device memory in use, in bytes.
     pub device_bytes: u64,
     /// What the scene did not need and was left out.
     pub left_out: Vec<String>,
@@ -41,7 +41,7 @@ pub struct Record {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Budget {
-    /// Rendering time [s]; a render ends with the first whole pass beyond it.
+    /// Rendering time in seconds.
     Seconds(f64),
     /// Passes.
     Passes(u64),
@@ -108,7 +108,7 @@ pub struct Peer {
     pub scene: String,
     /// Renderer and method, for example `pbrt sppm`.
     pub name: String,
-    /// Rendering time [s].
+    /// Rendering time in seconds.
     pub seconds: f64,
     /// Mean of (x - r)^2 / (r^2 + 0.01).
     pub relmse: f64,

@@ -38,9 +38,9 @@ pub struct Progress<'a> {
     pub total: usize,
     /// Its passes.
     pub passes: u64,
-    /// Its rendering time [s].
+    /// Its rendering time in seconds.
     pub seconds: f64,
-    /// Time that the study still needs [s], where there is anything to tell it from.
+    /// Time that the study still needs, in seconds, where there is anything to tell it from.
     pub remaining: Option<f64>,
 }
 
@@ -189,7 +189,7 @@ fn render(
     Ok(records)
 }
 
-/// Writes the last picture of a render and returns the time that it took [s].
+/// Writes the last picture of a render and returns the time that it took in seconds.
 fn keep(plan: &Plan<'_>, picture: &Picture, settings: &Settings, records: &[Record]) -> Result<f64> {
     let Some(last) = records.iter().max_by_key(|record| record.passes) else { return Ok(0.0) };
     let name = format!("{}-{}-{}.exr", file_name(&last.scene), file_name(&last.variant), settings.seed);
