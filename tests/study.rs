@@ -124,14 +124,13 @@ fn make_box(folder: &Path, runtime: &Runtime) {
 }
 
 /// Everything in results that does not depend on the clock.
-fn timeless(results: &Results) -> Vec<String> {
-    let records = results.records.iter().map(|r| {
-        format!(
-            "{} {} {} {:?} {} {} {:?} {:?}",
-            r.scene, r.variant, r.seed, r.budget, r.passes, r.photons, r.error, r.left_out
-        )
-    });
-    records.chain(results.decompositions.iter().map(|d| format!("{d:?}"))).collect()
+fn timeless(results: &Results) -> serde_json::Value {
+    let mut value = rounded(results);
+    for record in value["records"].as_array_mut().expect("records") {
+        let fields = record.as_object_mut().expect("a record");
+        ["seconds", "time_split", "device_bytes"].map(|name| fields.remove(name).expect(name));
+    }
+    value
 }
 
 fn check_results(results: &Results, folder: &Path) {
@@ -193,11 +192,11 @@ fn a_study_is_stopped_torn_and_gone_on_with() {
     let again = go(&path, &runtime, &mut watch).expect("the rest");
     assert_eq!(watch.passes, 3 * 2);
     assert!(timeless(&again) == timeless(&results));
-    assert!(again.records == results.records, "what was kept is the same to the last bit");
+    assert!(rounded(&again.records) == rounded(&results.records), "what was kept is the same");
 
     // Nothing left, and one variant changed.
     let mut watch = Counter::new(u64::MAX);
-    assert!(go(&path, &runtime, &mut watch).expect("nothing to do") == again);
+    assert!(rounded(&go(&path, &runtime, &mut watch).expect("nothing to do")) == rounded(&again));
     assert_eq!(watch.passes, 0);
     let path = write_study(folder.path(), "0.9");
     let study = config::load(&path).expect("a good study");
@@ -209,7 +208,24 @@ fn a_study_is_stopped_torn_and_gone_on_with() {
 
     let files = output::write(&again, &study.output).expect("written");
     let json = std::fs::read_to_string(&files[0]).expect("JSON");
-    assert!(serde_json::from_str::<Results>(&json).expect("results") == again);
+    assert!(rounded(&serde_json::from_str::<Results>(&json).expect("results")) == rounded(&again));
     assert_eq!(std::fs::read_to_string(&files[1]).expect("CSV").lines().count(), 1 + 24);
     assert_eq!(std::fs::read_to_string(&files[2]).expect("CSV").lines().count(), 1 + 4);
+}
+
+/// As JSON, with numbers in single precision: reading decimal digits may change the last bit of a double.
+fn rounded(value: &impl serde::Serialize) -> serde_json::Value {
+    fn round(value: &mut serde_json::Value) {
+        match value {
+            serde_json::Value::Number(number) if number.is_f64() => {
+                *value = (number.as_f64().expect("a number") as f32).into();
+            }
+            serde_json::Value::Array(list) => list.iter_mut().for_each(round),
+            serde_json::Value::Object(map) => map.values_mut().for_each(round),
+            _ => {}
+        }
+    }
+    let mut value = serde_json::to_value(value).expect("JSON");
+    round(&mut value);
+    value
 }
