@@ -201,8 +201,16 @@ fn tiles_leave_out_what_is_not_in_view() {
     let count = |shot: &Shot, name: &str| {
         shot.statistics.structure_counts.iter().find(|(known, _)| *known == name).map_or(0, |(_, count)| *count)
     };
-    let settings =
-        Settings { estimator: Some(Estimator::Tiled), ..Settings { width: 64, height: 48, ..Settings::default() } };
+    // Footprints of this size, whatever the default is: the share grows with their area.
+    let settings = Settings {
+        estimator: Some(Estimator::Tiled),
+        width: 64,
+        height: 48,
+        caustic_smoothing: 1.5,
+        global_smoothing: 2.0,
+        largest_footprint: 0.03,
+        ..Settings::default()
+    };
     let shot = Shot::take(&scene, &settings, 0..1);
     let (touched, stored) = (count(&shot, "photons_in_tiles"), shot.statistics.deposits);
     let share = touched as f64 / stored as f64;

@@ -128,7 +128,9 @@ fn timeless(results: &Results) -> serde_json::Value {
     let mut value = rounded(results);
     for record in value["records"].as_array_mut().expect("records") {
         let fields = record.as_object_mut().expect("a record");
-        ["seconds", "time_split", "device_bytes"].map(|name| fields.remove(name).expect(name));
+        for name in ["seconds", "time_split", "device_bytes"] {
+            fields.remove(name).expect(name);
+        }
     }
     value
 }
