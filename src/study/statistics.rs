@@ -1,7 +1,6 @@
 //! Statistics over seeds: quantiles, slopes with honest intervals, curves compared at equal time and at equal error.
 
-use std::f64::consts::FRAC_PI_2;
-
+use crate::film::quantiles;
 use crate::fit::fit;
 
 /// Confidence of every interval in a report.
@@ -75,7 +74,7 @@ pub fn slope(runs: &[Vec<(f64, f64)>]) -> Option<Slope> {
             let (half_width, basis) = match one.error {
                 Some(error) => {
                     let degrees = one.points - 2;
-                    (Some(student_t(CONFIDENCE, degrees) * error), Basis::Residuals(degrees))
+                    (Some(student(CONFIDENCE, degrees) * error), Basis::Residuals(degrees))
                 }
                 None => (None, Basis::None),
             };
@@ -83,38 +82,15 @@ pub fn slope(runs: &[Vec<(f64, f64)>]) -> Option<Slope> {
         }
         _ => {
             let variance = fits.iter().map(|f| (f.exponent - value).powi(2)).sum::<f64>() / (n - 1) as f64;
-            let half_width = student_t(CONFIDENCE, n - 1) * (variance / n as f64).sqrt();
+            let half_width = student(CONFIDENCE, n - 1) * (variance / n as f64).sqrt();
             Some(Slope { value, half_width: Some(half_width), basis: Basis::Seeds(n) })
         }
     }
 }
 
-/// The t with P(|T| < t) = `confidence` (below 1) for Student's distribution with so many degrees of freedom (at least 1;
-/// beyond 10,000 it is the normal distribution's to four digits, and 10,000 are taken).
-pub fn student_t(confidence: f64, degrees: usize) -> f64 {
-    let degrees = degrees.clamp(1, 10_000);
-    // The probability is a smooth, growing function of the angle atan(t / sqrt(degrees)): halve its range until it ends.
-    let (mut low, mut high) = (0.0, FRAC_PI_2);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if t_within(middle, degrees) < confidence { low = middle } else { high = middle }
-    }
-    (0.5 * (low + high)).tan() * (degrees as f64).sqrt()
-}
-
-/// P(|T| < t) for t = tan(angle) sqrt(degrees): Abramowitz and Stegun 1964, equations 26.7.3 and 26.7.4.
-fn t_within(angle: f64, degrees: usize) -> f64 {
-    let (sine, cosine) = angle.sin_cos();
-    let odd = degrees % 2 == 1;
-    let mut term = if odd { cosine } else { 1.0 };
-    let mut sum = 0.0;
-    let mut k = if odd { 3 } else { 2 };
-    while k <= degrees {
-        sum += term;
-        term *= cosine * cosine * (k - 1) as f64 / k as f64;
-        k += 2;
-    }
-    if odd { (angle + sine * sum) / FRAC_PI_2 } else { sine * sum }
+/// The t with P(|T| < t) = `confidence` for Student's distribution with so many degrees of freedom.
+fn student(confidence: f64, degrees: usize) -> f64 {
+    quantiles::student(0.5 + 0.5 * confidence, degrees as u64)
 }
 
 /// How far outside of its points a curve still speaks, as a factor on x: a render ends with the first whole pass beyond its
@@ -220,22 +196,12 @@ mod tests {
         assert_eq!(spread([0.0, 0.0]).map(|s| s.median), Some(0.0));
     }
 
-    /// Two-sided 95 % and 90 % from the usual printed tables.
-    #[test]
-    fn students_t_is_that_of_the_tables() {
-        for (degrees, t) in [(1, 12.7062), (2, 4.30265), (3, 3.18245), (4, 2.77645), (9, 2.26216), (30, 2.04227)] {
-            assert!((student_t(0.95, degrees) - t).abs() < 6e-5, "{degrees}: {}", student_t(0.95, degrees));
-        }
-        assert!((student_t(0.9, 5) - 2.01505).abs() < 6e-5);
-        assert!((student_t(0.95, usize::MAX) - 1.95996).abs() < 5e-4);
-        assert_eq!(student_t(0.95, 0), student_t(0.95, 1));
-    }
-
     fn power(exponent: f64, factor: f64) -> Vec<(f64, f64)> {
         [1.0f64, 3.0, 10.0, 30.0].iter().map(|&x| (x, factor * x.powf(exponent))).collect()
     }
 
     /// Slopes -1, -1.1, -1.2: mean -1.1, standard deviation 0.1, t of two degrees 4.30265.
+    /// Two-sided 95 % and 90 % from the usual printed tables.
     #[test]
     fn seeds_count_once_each() {
         let runs = [power(-1.0, 1.0), power(-1.1, 7.0), power(-1.2, 0.1)];
