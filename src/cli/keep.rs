@@ -18,7 +18,7 @@ pub(super) struct Keeper<'a> {
     order: &'a FilmOrder,
     identity: Identity,
     devices: Vec<String>,
-    /// Rendering time of earlier sessions [s].
+    /// Rendering time of earlier sessions in seconds.
     seconds_before: f64,
     start: Instant,
     /// Start of the last checkpoint.
@@ -76,7 +76,7 @@ impl<'a> Keeper<'a> {
         session.passes().first_missing(self.order.range.clone().unwrap_or(0..u64::MAX))
     }
 
-    /// Rendering time so far [s], that of earlier sessions included.
+    /// Rendering time so far in seconds, that of earlier sessions included.
     pub fn seconds(&self) -> f64 {
         self.seconds_before + self.start.elapsed().as_secs_f64()
     }

@@ -98,7 +98,7 @@ impl Identity {
 /// Counts over all passes of a film, however many sessions rendered them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Totals {
-    /// Rendering time [s].
+    /// Rendering time in seconds.
     pub seconds: f64,
     /// Passes repeated because their photons did not fit.
     pub repeated: u64,

@@ -4,7 +4,7 @@
 //! Alternating Images" (2020), here A20, for pictures in 0 ... 1 (LDR-FLIP); Andersson, Nilsson, Shirley and
 //! Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images" (2021), here A21, for radiance
 //! (HDR-FLIP: the worst of LDR-FLIP over a range of exposures). Steps: opponent colours are blurred as the eye blurs
-//! them at the given distance ([`Eye`]), their difference is taken in a uniform colour space and compressed, and
+//! them at the given distance (`Eye`), their difference is taken in a uniform colour space and compressed, and
 //! edges and points that only one picture has raise it.
 //!
 //! `tools/verify-flip` compares these numbers with those of the authors' program.
