@@ -405,6 +405,20 @@ fn ring_is_the_reference() {
     against_reference("ring", [80, 60], 5, "plane");
 }
 
+/// The two references of the program against each other, where both see everything.
+#[test]
+fn path_tracing_gives_the_same_picture() {
+    let asset = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell.glb");
+    let mut scene = load(&asset, &Limits::default()).expect("a scene");
+    let (size, side) = ([32, 32], 8);
+    let light = render(&scene, &settings(Method::Light, size, 16_384), 0..64, (&[""], side));
+    let path = settings(Method::Path, size, 1024);
+    assert!(render(&scene, &path, 0..512, (&[""], side)).test(&light).passed);
+    // Two percent of one colour in one of the two.
+    scene.materials[0].base_color.iter_mut().take(3).for_each(|c| *c *= 1.02);
+    assert!(!render(&scene, &path, 512..1024, (&[""], side)).test(&light).passed, "two percent must be noticed");
+}
+
 #[test]
 fn every_run_has_the_same_bits() {
     let settings = Settings { layers: true, ..settings(Method::Light, [40, 30], 16_384) };

@@ -2,29 +2,19 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
+#[allow(dead_code)] // a part of what it offers
+#[path = "extremes/lab.rs"]
+mod lab;
+
 use std::f64::consts::PI;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use lab::runtime;
 use nephroid::film::exr;
 use nephroid::film::ztest::{ZTest, z_test};
-use nephroid::graph::Runtime;
 use nephroid::render::{Lens, Method, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};
-use nephroid::vk::{Device, DeviceOptions};
-
-fn runtime() -> MutexGuard<'static, Runtime> {
-    static RUNTIME: OnceLock<Mutex<Runtime>> = OnceLock::new();
-    let runtime = RUNTIME.get_or_init(|| {
-        let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());
-        let validate = std::env::var("NEPHROID_VALIDATE").map_or(true, |value| value != "0");
-        let select = select.parse().expect("NEPHROID_TEST_DEVICE names a device");
-        let options = DeviceOptions { select, validate, ..DeviceOptions::default() };
-        Mutex::new(Runtime::new(Device::open(&options).expect("a device for the tests")))
-    });
-    runtime.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 fn path(side: u32) -> Settings {
     Settings {

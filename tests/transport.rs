@@ -2,25 +2,14 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+#[allow(dead_code)] // a part of what it offers
+#[path = "extremes/lab.rs"]
+mod lab;
 
-use nephroid::graph::Runtime;
+use lab::runtime;
 use nephroid::render::{Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
-use nephroid::vk::{Device, DeviceOptions};
-
-fn runtime() -> MutexGuard<'static, Runtime> {
-    static RUNTIME: OnceLock<Mutex<Runtime>> = OnceLock::new();
-    let runtime = RUNTIME.get_or_init(|| {
-        let select = std::env::var("NEPHROID_TEST_DEVICE").unwrap_or_else(|_| "cpu".into());
-        let validate = std::env::var("NEPHROID_VALIDATE").map_or(true, |value| value != "0");
-        let select = select.parse().expect("NEPHROID_TEST_DEVICE names a device");
-        let options = DeviceOptions { select, validate, ..DeviceOptions::default() };
-        Mutex::new(Runtime::new(Device::open(&options).expect("a device for the tests")))
-    });
-    runtime.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// Mean of the green channel over a small image; nothing may be rejected as not finite.
 fn mean(scene: Scene, passes: u64, photons: u32) -> f64 {

@@ -139,6 +139,13 @@ pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
     let (mut input, bytes) = open(path)?;
     check_size(&mut input, bytes, path)?;
     input.rewind().map_err(|source| Error::io(path, "read", source))?;
+    let part = decode(&mut input, path)?;
+    let metadata = part.attributes.other.iter().filter_map(our_attribute).collect();
+    Ok((picture_from(&part, path)?, metadata))
+}
+
+/// The first part that is not deep, with all its channels.
+pub(super) fn decode(input: &mut BufReader<File>, path: &Path) -> Result<Part<AnyChannels<FlatSamples>>> {
     let image = guarded(path, || {
         reader()
             .no_deep_data()
@@ -147,10 +154,9 @@ pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
             .first_valid_layer()
             .all_attributes()
             .non_parallel()
-            .from_buffered(&mut input)
+            .from_buffered(input)
     })?;
-    let metadata = image.layer_data.attributes.other.iter().filter_map(our_attribute).collect();
-    Ok((picture_from(&image.layer_data, path)?, metadata))
+    Ok(image.layer_data)
 }
 
 /// A regular file and its length in bytes.

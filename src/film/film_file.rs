@@ -11,10 +11,7 @@ use std::io::{BufReader, Read, Seek, Write};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, LineOrder, ReadChannels,
-    ReadLayers, read as reader,
-};
+use ::exr::prelude::{AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, LineOrder};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -330,22 +327,13 @@ fn open(path: &Path) -> Result<(BufReader<File>, About)> {
 /// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged or holds no film.
 pub fn read(path: &Path) -> Result<FilmFile> {
     let (mut input, about) = open(path)?;
-    let image = exr::guarded(path, || {
-        reader()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .non_parallel()
-            .from_buffered(&mut input)
-    })?;
-    let size = image.layer_data.size;
+    let part = exr::decode(&mut input, path)?;
+    let size = part.size;
     let [width, height] = about.size;
     if (size.width(), size.height()) != (width as usize, height as usize) {
         return Err(Error::scene(path, "its first picture is not the film's"));
     }
-    let channels = &image.layer_data.channel_data;
+    let channels = &part.channel_data;
     let mut film = Film::new(width, height, about.exponents, about.layers);
     gather(channels, &SUM_NAMES, &mut film.sums, path)?;
     if about.layers {
