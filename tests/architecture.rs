@@ -272,7 +272,7 @@ fn the_checker_of_layers_sees_each_way_to_break_them() {
         ("src/scene/mod.rs", "use crate::kernels::generated::Light;", 1),
         ("src/film/mod.rs", "use crate::{\n    error::Result,\n    render::Session,\n};", 1),
         ("src/error.rs", "pub use crate::vk::Device;", 1),
-        ("src/render/frame.rs", "use crate::cli::Flags;", 1),
+        ("src/render/pass/plan.rs", "use crate::cli::Flags;", 1),
         ("src/unheard_of/mod.rs", "", 1),
     ] {
         assert_eq!(faults(file, text), count, "{file}: {text}");

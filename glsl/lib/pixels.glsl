@@ -1,5 +1,5 @@
 // Order of pixels: strips of four rows, each walked column by column, so that any few pixels in a row are a compact
-// block and their rays and gathers stay together. src/render/pixels.rs is the host's copy.
+// block and their rays and gathers stay together. src/render/session/pixels.rs is the host's copy.
 uvec2 pixel_position(uint index, uint width, uint height) {
     const uint ROWS = 4u;
     uint strip = index / (ROWS * width);

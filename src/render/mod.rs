@@ -1,35 +1,19 @@
-//! Rendering: the scene on the device, the pass list of a frame, and the session that runs passes.
+//! Rendering: settings, the scene on the device, the list of what a pass does, and the session that runs passes.
 
-mod casters;
-mod error_model;
-mod estimator;
-mod estimator_bytes;
-mod frame;
-mod host_map;
-mod identity;
-mod leaf_size;
-mod light_tracing;
-mod lights;
-mod memory;
-mod method;
-pub mod names;
-mod outline;
-mod pixels;
-mod recording;
-mod sampling;
+mod pass;
+mod scene;
 mod session;
 mod settings;
-mod shading;
-mod upload;
 
 pub use crate::kernels::gather::{Amplification, Weight};
 pub use crate::kernels::photon::Footprint;
-pub use estimator::Estimator;
-pub use estimator_bytes::EstimatorBytes;
-pub use identity::identity;
-pub use leaf_size::{automatic as automatic_leaf, coverage};
-pub use outline::{KernelUse, Outline, Saving, Savings, savings};
-pub use sampling::{Sampling, Scale};
+pub use pass::estimator::Estimator;
+pub use pass::leaf_size::{automatic as automatic_leaf, coverage};
+pub use pass::sampling::{Sampling, Scale};
+pub use scene::upload::DeviceScene;
+pub use session::estimator_bytes::EstimatorBytes;
+pub use session::identity::identity;
+pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Session, Statistics};
+pub use settings::names;
 pub use settings::{Lens, Method, PhotonBuild, Record, Settings};
-pub use upload::DeviceScene;

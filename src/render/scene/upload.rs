@@ -3,7 +3,6 @@
 use super::casters::casters;
 use super::lights::LightTable;
 use super::memory::Memory;
-use super::settings::Settings;
 use super::shading::{Textures, is_flat, vertex_data};
 use crate::error::{Error, Result};
 use crate::graph::{Graph, Lanes, Persistent, Runtime};
@@ -12,6 +11,7 @@ use crate::kernels::generated::{
     BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
+use crate::render::settings::Settings;
 use crate::scene::frame::Bounds;
 use crate::scene::needs::{FOLLOWED_ROUGHNESS, is_specular};
 use crate::scene::{Material, Needs, Projection, Scene};
@@ -35,7 +35,7 @@ pub struct DeviceScene {
     /// Number of lights, emissive triangles counted one by one.
     pub light_count: u32,
     /// Whether any light has an extent: emissive triangles or an environment.
-    pub(super) has_wide_lights: bool,
+    pub(in crate::render) has_wide_lights: bool,
     /// Number of spheres that caustic photons are aimed at; 0: no caustics.
     pub caster_count: u32,
     /// Triangles in the tree.
@@ -43,19 +43,19 @@ pub struct DeviceScene {
     /// Triangles without area or with coordinates that are not finite, left out of the tree.
     pub skipped_triangles: u32,
     /// Whether kernels may use memory barriers in divergent code: not on the software drivers that cut loops.
-    pub(super) fences: bool,
+    pub(in crate::render) fences: bool,
     /// Loop iterations that the driver runs in an invocation, if it ends loops.
-    pub(super) loop_limit: Option<u32>,
+    pub(in crate::render) loop_limit: Option<u32>,
     /// Photons that a pass can store.
-    pub(super) most_deposits: u32,
+    pub(in crate::render) most_deposits: u32,
     /// What kind of device it is.
-    pub(super) lanes: Lanes,
+    pub(in crate::render) lanes: Lanes,
     /// Exponents of the powers of two that the film counts radiance and depth in.
-    pub(super) exponents: [i32; 2],
+    pub(in crate::render) exponents: [i32; 2],
     /// Power of all lights, were they all of the colour of the one that has most of it: red, green, blue [W].
-    pub(super) light_power: [f64; 3],
+    pub(in crate::render) light_power: [f64; 3],
     /// Radius of the scene's sphere.
-    pub(super) radius: f32,
+    pub(in crate::render) radius: f32,
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -70,7 +70,7 @@ impl DeviceScene {
     }
 
     /// The same in any memory.
-    pub(super) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
+    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
         let geometry = &scene.geometry;
         let bvh = build_sah(&geometry.positions, &geometry.triangles);
         check_size(memory, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
@@ -155,7 +155,7 @@ impl DeviceScene {
 
     /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes are
     /// left behind.
-    pub(super) fn with_variant(&self, variant: Variant) -> Self {
+    pub(in crate::render) fn with_variant(&self, variant: Variant) -> Self {
         let vectors = (self.triangle_count * variant.shading_stride).max(1);
         let mut other = Self { variant, shading_data: Persistent::detached("shading_data", vectors), ..self.clone() };
         other.bytes = other.sizes().iter().map(|(_, bytes)| bytes).sum();
@@ -163,7 +163,7 @@ impl DeviceScene {
     }
 
     /// Imports the scene into a graph; `pass` becomes an input of it.
-    pub(super) fn import(&self, g: &mut Graph, pass: Pass) -> (SceneBuffers, crate::graph::Input<Pass>) {
+    pub(in crate::render) fn import(&self, g: &mut Graph, pass: Pass) -> (SceneBuffers, crate::graph::Input<Pass>) {
         let (pass, input) = g.input("pass", &[pass]);
         let buffers = SceneBuffers {
             nodes: g.import_read(&self.nodes),
@@ -262,7 +262,7 @@ fn has_smooth_normals(scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool
 }
 
 /// The camera as the kernels read it.
-pub(super) fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> Camera {
+pub fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> Camera {
     let camera = &scene.cameras[settings.camera];
     let (width, height) = (settings.width as f32, settings.height as f32);
     let (half_width, half_height, orthographic) = match camera.projection {

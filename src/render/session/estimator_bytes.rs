@@ -1,9 +1,9 @@
 //! Memory of an estimator, read from plans: what grows with the photons, and what does not.
 
-use super::frame::PhotonBudget;
 use crate::graph::{Access, BufferKind, Plan};
+use crate::render::pass::plan::PhotonBudget;
 
-/// Scopes of [`super::frame`] that belong to the estimator.
+/// Scopes of [`crate::render::pass::plan`] that belong to the estimator.
 const BUILD: &str = "photon map";
 const GATHER: &str = "gather";
 
@@ -69,7 +69,7 @@ impl Sums {
 }
 
 /// Compares the plan of a pass with that of a pass with room for half as many photons. `None` without photons.
-pub(super) fn of(plan: impl Fn(&PhotonBudget) -> Plan, budget: &PhotonBudget) -> Option<EstimatorBytes> {
+pub fn of(plan: impl Fn(&PhotonBudget) -> Plan, budget: &PhotonBudget) -> Option<EstimatorBytes> {
     let half = PhotonBudget { capacity: budget.capacity / 2, ..budget.clone() };
     if budget.emissions.is_empty() || half.capacity == 0 {
         return None;

@@ -1,20 +1,20 @@
 //! Light tracing (`Method::Light`): the photons of a pass, whose places are connected to the camera instead of gathered.
 
-use super::frame::Content;
+use super::plan::Content;
 use super::sampling::Sampling;
-use super::settings::{Method, Settings};
-use super::upload::device_camera;
 use crate::error::{Error, Result};
 use crate::graph::Graph;
-use crate::kernels::light::{self, Splats};
+use crate::kernels::light::{Splats, connect};
 use crate::kernels::photon::Deposits;
 use crate::kernels::scene_data::SceneBuffers;
+use crate::render::scene::upload::device_camera;
+use crate::render::settings::{Method, Settings};
 
 /// Refuses settings that light tracing has no meaning for.
 ///
 /// # Errors
 /// [`Error::Usage`] for a lens and for sampling of density estimates.
-pub(super) fn check(settings: &Settings) -> Result<()> {
+pub fn check(settings: &Settings) -> Result<()> {
     if settings.method != Method::Light {
         return Ok(());
     }
@@ -30,10 +30,10 @@ pub(super) fn check(settings: &Settings) -> Result<()> {
 }
 
 /// What all pixels see of the light vertices of a pass.
-pub(super) fn splats(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
+pub fn splats(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
     let Content { scene, device, settings } = content;
     let mut camera = device_camera(scene, settings, 1);
     camera.pixels = settings.pixels();
     let camera = g.upload("whole_camera", &[camera]);
-    light::connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
+    connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
 }

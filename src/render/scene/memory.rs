@@ -9,7 +9,7 @@ use crate::vk::DeviceKind;
 
 /// A device, or nothing at all: plans can be made without one, and looked at.
 #[derive(Clone, Copy)]
-pub(super) enum Memory<'a> {
+pub enum Memory<'a> {
     /// Memory of a device.
     Device(&'a Runtime),
     /// Sizes only, as if there were a device of this kind.

@@ -1,11 +1,13 @@
 //! What a render needs to know besides the scene.
 
-use super::estimator::Estimator;
-use super::sampling::Sampling;
+pub mod names;
+
 use crate::graph::Lanes;
 use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
 pub use crate::kernels::records::Record;
+use crate::render::pass::estimator::Estimator;
+use crate::render::pass::sampling::Sampling;
 
 /// A thin lens: what lies in the plane at `focus` is sharp, a point at distance z is spread over a disc of radius
 /// `radius * |1 / focus - 1 / z|`, as a tangent of the angle of view (Potmesil and Chakravarty 1981).
@@ -94,9 +96,9 @@ pub struct Settings {
     /// measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the reflectance counts
     /// that is stored there, which is wrong where the surface is glossy.
     pub lambert_estimate: bool,
-    /// Counts the photons that the gather tests and accepts ([`super::Statistics`]): for measurements, slower.
+    /// Counts the photons that the gather tests and accepts ([`crate::render::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
-    /// Brings the photons of each pass to the host ([`super::Session::photons`]), packed ones as the discs that they stand for: for
+    /// Brings the photons of each pass to the host ([`crate::render::Session::photons`]), packed ones as the discs that they stand for: for
     /// measurements, slower.
     pub read_photons: bool,
 }

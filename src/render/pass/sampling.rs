@@ -58,7 +58,7 @@ impl Sampling {
     }
 
     /// How lists of photons are gone through.
-    pub(super) fn walk(self) -> Walk {
+    pub(in crate::render) fn walk(self) -> Walk {
         match self {
             Self::Full | Self::Regular(_) => Walk::FULL,
             Self::Stochastic { k, scale, .. } => Walk { stride: k * k, ratio: scale == Scale::Ratio },
@@ -66,7 +66,7 @@ impl Sampling {
     }
 
     /// Gathers by `gather` as far as needed and completes the rest. `gathered` must be filled with 0.
-    pub(super) fn apply(
+    pub(in crate::render) fn apply(
         self,
         g: &mut Graph,
         place: (Points<'_>, Band<'_>),

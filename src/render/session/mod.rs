@@ -1,18 +1,14 @@
 //! A render in progress: passes by global index, the film, and what is known about them.
 
+pub mod error_model;
+pub mod estimator_bytes;
+pub mod identity;
+pub mod outline;
+mod pixels;
+
 use std::time::Instant;
 
-use super::error_model;
-use super::estimator::{self, Estimator};
-use super::estimator_bytes::{self, EstimatorBytes};
-use super::frame::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
-use super::leaf_size;
-use super::memory::Memory;
-use super::method;
-use super::pixels;
-use super::recording::Recording;
-use super::settings::{Lens, Method, Settings};
-use super::upload::DeviceScene;
+use self::estimator_bytes::EstimatorBytes;
 use crate::error::{Error, Result};
 use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use crate::film::error_estimate::{ErrorEstimate, Model, Schedule};
@@ -22,6 +18,14 @@ use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing};
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::photon::{COUNTERS, Emission};
+use crate::render::pass::estimator::{self, Estimator};
+use crate::render::pass::leaf_size;
+use crate::render::pass::path;
+use crate::render::pass::plan::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
+use crate::render::pass::recording::Recording;
+use crate::render::scene::memory::Memory;
+use crate::render::scene::upload::DeviceScene;
+use crate::render::settings::{Lens, Method, Settings};
 use crate::scene::{Projection, Scene};
 
 /// Counts over all passes so far.
@@ -47,7 +51,7 @@ pub struct Statistics {
     pub pairs_tested: u64,
     /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`].
     pub pairs_accepted: u64,
-    /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`super::Estimator::Tiled`].
+    /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`crate::render::Estimator::Tiled`].
     pub structure_counts: Vec<(&'static str, u64)>,
     /// Seconds spent in passes.
     pub seconds: f64,
@@ -84,7 +88,7 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        method::check(&settings)?;
+        path::check(&settings)?;
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
@@ -261,7 +265,7 @@ impl Session {
             return None;
         }
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
-        let plan = |budget: &PhotonBudget| frame::plan(content, budget, &self.state).plan;
+        let plan = |budget: &PhotonBudget| plan::plan(content, budget, &self.state).plan;
         estimator_bytes::of(plan, &self.budget)
     }
 
@@ -386,7 +390,7 @@ fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
 }
 
 /// Photons of a pass: none by path tracing and without lights or surfaces, caustic ones only where something can focus light.
-pub(super) fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
+pub fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
     let total = settings.photon_count();
     let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
     if none || settings.method == Method::Path {

@@ -3,11 +3,8 @@
 
 use super::estimator::{self, Structure};
 use super::host_map::HostMap;
-use super::light_tracing;
-use super::memory::Memory;
-use super::method;
-use super::settings::{Method, Record, Settings};
-use super::upload::{DeviceScene, device_camera};
+use super::light;
+use super::path;
 use crate::error::Result;
 use crate::graph::{Buf, Graph, Input, Persistent, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
@@ -16,6 +13,9 @@ use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
+use crate::render::scene::memory::Memory;
+use crate::render::scene::upload::{DeviceScene, device_camera};
+use crate::render::settings::{Method, Record, Settings};
 use crate::scene::Scene;
 
 /// Path slots of one band: bounds the memory of eye paths whatever the image size, and keeps every buffer far below
@@ -29,7 +29,7 @@ const BAND_PIXELS: u32 = (1 << 27) / (16 * LAYER_SUMS);
 const SHADOW_RAYS: u32 = 4;
 
 /// Film of one band of pixels.
-pub(super) struct BandFilm {
+pub struct BandFilm {
     pub first_pixel: u32,
     pub pixels: u32,
     pub film: Persistent<[u32; 4]>,
@@ -37,7 +37,7 @@ pub(super) struct BandFilm {
 }
 
 /// Memory that outlives passes.
-pub(super) struct FilmState {
+pub struct FilmState {
     pub bands: Vec<BandFilm>,
     pub rejected: Persistent<u32>,
 }
@@ -68,7 +68,7 @@ impl FilmState {
 
 /// Which photons a pass emits.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct PhotonBudget {
+pub struct PhotonBudget {
     pub emissions: Vec<Emission>,
     /// Deposits that the map has room for.
     pub capacity: u32,
@@ -76,14 +76,14 @@ pub(super) struct PhotonBudget {
 
 /// A scene, on the host and on the device, and how it is rendered.
 #[derive(Clone, Copy)]
-pub(super) struct Content<'a> {
+pub struct Content<'a> {
     pub scene: &'a Scene,
     pub device: &'a DeviceScene,
     pub settings: &'a Settings,
 }
 
 /// A pass or a half of it, planned.
-pub(super) struct Planned {
+pub struct Planned {
     pub plan: Plan,
     pub pass: Input<Pass>,
     pub reports: Reports,
@@ -91,7 +91,7 @@ pub(super) struct Planned {
 
 /// Numbers that a pass brings to the host.
 #[derive(Default)]
-pub(super) struct Reports {
+pub struct Reports {
     pub deposits: Option<Readback<u32>>,
     pub overflow: Option<Readback<u32>>,
     pub counters: Option<Readback<u32>>,
@@ -106,7 +106,7 @@ pub(super) struct Reports {
 }
 
 /// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
-pub(super) fn slots_per_pixel(device: &DeviceScene, settings: &Settings) -> u32 {
+pub fn slots_per_pixel(device: &DeviceScene, settings: &Settings) -> u32 {
     if device.variant.glossy && settings.method != Method::Path { 4 } else { 1 }
 }
 
@@ -156,7 +156,7 @@ fn bands(
         let camera = g.upload("camera", &[camera]);
         let view = (buffers, &*camera);
         if settings.method == Method::Path {
-            let light = g.scope("paths", |g| method::path(g, content, view, band.pixels));
+            let light = g.scope("paths", |g| path::path(g, content, view, band.pixels));
             let (radiance, gathered, aov_first) = (&light.radiance, &light.gathered, &light.aov_first);
             let no_overflow = g.upload("no_overflow", &[0u32]);
             let result = PassResult { radiance, gathered, aov_first, overflow: &no_overflow };
@@ -250,16 +250,14 @@ fn planned(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
 }
 
 /// Declares and plans a pass that the device does by itself.
-pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Planned {
+pub fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Planned {
     let Content { device, settings, .. } = content;
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let chosen = settings.estimator_on(device.lanes);
     let mut deposits = trace_photons(&mut g, &buffers, content, budget);
     let mut structure = deposits.as_mut().map(|store| match settings.method {
-        Method::Light => {
-            Structure::Connections(g.scope("connections", |g| light_tracing::splats(g, content, &buffers, store)))
-        }
+        Method::Light => Structure::Connections(g.scope("connections", |g| light::splats(g, content, &buffers, store))),
         _ => g.scope("photon map", |g| estimator::build(g, chosen, device, settings, store)),
     });
     let mut reports = bands(&mut g, content, &buffers, structure.as_mut().zip(deposits.as_ref()), state);
@@ -272,7 +270,7 @@ pub(super) fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmStat
 
 /// The first half of a pass whose photon map the host builds: photons, their boxes to the host. A budget without photons has
 /// no halves.
-pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) -> (Planned, Readback<Aabb>) {
+pub fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) -> (Planned, Readback<Aabb>) {
     let Content { device, settings, .. } = content;
     let mut g = Graph::new().with_lanes(device.lanes);
     let (buffers, pass) = device.import(&mut g, Pass::default());
@@ -283,7 +281,7 @@ pub(super) fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &Ho
 }
 
 /// Photons alone, brought to the host. A budget without photons has none to plan.
-pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
+pub fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     let deposits = trace_photons(&mut g, &buffers, content, budget).expect("a survey needs photons");
@@ -293,7 +291,7 @@ pub(super) fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Plann
 }
 
 /// The second half: everything that is seen, with the host's map.
-pub(super) fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> Planned {
+pub fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> Planned {
     let mut g = Graph::new().with_lanes(content.device.lanes);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     let (deposits, sorted) = g.scope("photon map", |g| map.map(g, content.settings.record == Record::Packed20));

@@ -1,13 +1,13 @@
 //! What a pass consists of, and what a scene saves by what it does not need. Only plans are made: no device is asked.
 
-use super::frame::{self, Content, FilmState, slots_per_pixel};
-use super::memory::Memory;
-use super::session::budget;
-use super::settings::Settings;
-use super::upload::DeviceScene;
+use super::budget;
 use crate::error::Result;
 use crate::graph::{BufferKind, Lanes, Operation, Plan};
 use crate::kernels::scene_data::Variant;
+use crate::render::pass::plan::{self, Content, FilmState, slots_per_pixel};
+use crate::render::scene::memory::Memory;
+use crate::render::scene::upload::DeviceScene;
+use crate::render::settings::Settings;
 use crate::scene::Scene;
 
 /// A kernel in a plan.
@@ -56,7 +56,7 @@ impl Outline {
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
         let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device, settings))?;
         let content = Content { scene, device, settings };
-        let plan = frame::plan(content, &budget(device, settings), &state).plan;
+        let plan = plan::plan(content, &budget(device, settings), &state).plan;
         let inputs = plan
             .buffers
             .iter()

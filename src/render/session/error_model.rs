@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-use super::frame::PhotonBudget;
-use super::settings::{Method, Settings};
-use super::upload::DeviceScene;
-use super::{Estimator, Footprint, Sampling, Scale};
 use crate::film::error_estimate::{Bias, Model};
 use crate::kernels::photon::Emission;
+use crate::render::pass::plan::PhotonBudget;
+use crate::render::scene::upload::DeviceScene;
+use crate::render::settings::{Method, Settings};
+use crate::render::{Estimator, Footprint, Sampling, Scale};
 
 /// Of a render with these settings, which estimates light by `estimator`.
-pub(super) fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
+pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
     let discs = budget.emissions.iter().map(|e| per_watt(e, f64::from(device.radius)));
     let discs = discs.fold(0.0, f64::max);
     Model { bias: bias(settings, estimator, budget), event: device.light_power.map(|power| power * discs / PI) }

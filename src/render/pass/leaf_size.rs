@@ -1,11 +1,11 @@
 //! How many photons a leaf of the photon map holds: T_auto of Fabianowski and Dingliana 2009, section 5.3.
 
-use super::frame::{Content, PhotonBudget, plan_survey};
-use super::settings::PhotonBuild;
+use super::plan::{Content, PhotonBudget, plan_survey};
 use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::lbvh::COUNTED_LEAF;
+use crate::render::settings::PhotonBuild;
 use crate::scene::Scene;
 
 /// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
@@ -19,7 +19,7 @@ fn leaf_per_coverage(build: PhotonBuild) -> f64 {
 
 /// Smaller leaves never were faster: neighbouring pixels walk the tree together, and a node costs them more than a few
 /// photons.
-pub(super) const LEAST: u32 = 8;
+pub const LEAST: u32 = 8;
 
 /// Photons of the largest class in a survey.
 const SURVEY_PHOTONS: u32 = 4096;
@@ -56,7 +56,7 @@ fn surface_area(scene: &Scene) -> f64 {
 ///
 /// # Errors
 /// Those of the device.
-pub(super) fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) -> Result<f64> {
+pub fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) -> Result<f64> {
     let most = budget.emissions.iter().map(|emission| emission.count).max().unwrap_or(0);
     let ratio = (f64::from(SURVEY_PHOTONS) / f64::from(most.max(1))).min(1.0);
     let mut small = budget.clone();

@@ -2,11 +2,11 @@
 
 use sha2::{Digest, Sha256};
 
-use super::sampling::Sampling;
-use super::session::Statistics;
-use super::settings::{Lens, Settings};
+use super::Statistics;
 use crate::film::film_file::{Identity, Totals, hex};
 use crate::kernels::photon::{COUNTERS, Footprint};
+use crate::render::pass::sampling::Sampling;
+use crate::render::settings::{Lens, Settings};
 use crate::scene::{Environment, Geometry, Image, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
@@ -126,7 +126,7 @@ fn scene_hash(scene: &Scene) -> String {
     hex(&hash.finalize())
 }
 
-/// What [`super::Estimator::Tiled`] counts.
+/// What [`crate::render::Estimator::Tiled`] counts.
 const STRUCTURE_COUNTS: [&str; 2] = ["photons_in_tiles", "tile_entries"];
 
 impl Statistics {
@@ -147,7 +147,7 @@ impl Statistics {
     }
 
     /// From what was kept with a film of so many passes; names that this program does not count are left out.
-    pub(super) fn restored(totals: &Totals, passes: u64) -> Self {
+    pub(in crate::render) fn restored(totals: &Totals, passes: u64) -> Self {
         let known = |names: &[&'static str], counts: &std::collections::BTreeMap<String, u64>| {
             names.iter().filter_map(|name| Some((*name, *counts.get(*name)?))).collect::<Vec<_>>()
         };

@@ -1,8 +1,6 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
 use super::leaf_size;
-use super::settings::{Record, Settings};
-use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::graph::{Buf, Graph, Lanes};
 use crate::kernels::gather::{
@@ -12,6 +10,8 @@ use crate::kernels::light::{self, Splats};
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
+use crate::render::scene::upload::DeviceScene;
+use crate::render::settings::{Record, Settings};
 use crate::vk::{Device, Feature};
 
 /// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
@@ -107,7 +107,7 @@ impl Estimator {
 ///
 /// # Errors
 /// [`Error::Usage`] and [`Error::MissingFeature`].
-pub(super) fn check(device: &Device, settings: &Settings) -> Result<()> {
+pub fn check(device: &Device, settings: &Settings) -> Result<()> {
     if !matches!(settings.estimator, Some(Estimator::Bounds25d | Estimator::Bounds3d)) {
         return Ok(());
     }
@@ -138,7 +138,7 @@ fn advise(result: Result<()>, advice: &str) -> Result<()> {
 }
 
 /// What an estimator keeps of the photons of a pass.
-pub(super) enum Structure {
+pub enum Structure {
     Bvh(PhotonMap),
     Hash(HashGrid),
     /// With the number of photons to seek.
@@ -152,7 +152,7 @@ pub(super) enum Structure {
 }
 
 /// Estimators that work in the image: of the photons they keep the deposits as they are, or packed.
-pub(super) enum InImage {
+pub enum InImage {
     Tiled {
         packed: Option<Records>,
         /// Photons that any tile has.
@@ -164,7 +164,7 @@ pub(super) enum InImage {
 }
 
 /// Builds what `estimator` gathers from.
-pub(super) fn build(
+pub fn build(
     g: &mut Graph,
     estimator: Estimator,
     device: &DeviceScene,
@@ -214,7 +214,7 @@ fn behind_map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options, packed
 }
 
 /// Writes the gathered radiance of a band's eye hits: per slot caustic, then other light.
-pub(super) fn gather(
+pub fn gather(
     g: &mut Graph,
     program: Program,
     (structure, deposits): (&mut Structure, &Deposits),
@@ -257,7 +257,7 @@ fn in_image(
 }
 
 /// Numbers to report of what the estimator built, by name; equal names are added up.
-pub(super) fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str, Buf<u32>)> {
+pub fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str, Buf<u32>)> {
     match structure {
         Structure::Image(InImage::Tiled { touched, entries, .. }, _) => {
             let mut photons = g.buffer("photons_in_tiles", 1);

@@ -1,6 +1,5 @@
 //! A photon map that the host builds between the two halves of a pass: photons go out, nodes and order come back.
 
-use super::memory::Memory;
 use crate::error::Result;
 use crate::graph::{Graph, Persistent, Readback, Runtime};
 use crate::kernels::generated::{Aabb, BvhNode, Photon};
@@ -8,9 +7,10 @@ use crate::kernels::lbvh::Lbvh;
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Record};
 use crate::kernels::vvh;
+use crate::render::scene::memory::Memory;
 
 /// What both halves share.
-pub(super) struct HostMap {
+pub struct HostMap {
     photons: Persistent<Photon>,
     count: Persistent<u32>,
     nodes: Persistent<BvhNode>,

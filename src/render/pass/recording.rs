@@ -3,14 +3,14 @@
 use std::time::Instant;
 
 use super::estimator::Estimator;
-use super::frame::{Content, FilmState, PhotonBudget, Planned, Reports, plan, plan_photons, plan_picture};
 use super::host_map::HostMap;
 use super::leaf_size;
-use super::memory::Memory;
-use super::settings::{Method, PhotonBuild};
+use super::plan::{Content, FilmState, PhotonBudget, Planned, Reports, plan, plan_photons, plan_picture};
 use crate::error::Result;
 use crate::graph::{Executable, Input, Readback, Runtime, Timing};
 use crate::kernels::generated::{Aabb, Pass, Photon};
+use crate::render::scene::memory::Memory;
+use crate::render::settings::{Method, PhotonBuild};
 
 /// Name of the host's work among the scopes of a pass.
 const HOST_SCOPE: &str = "photon map";
@@ -39,7 +39,7 @@ struct Between {
 }
 
 /// A recorded pass.
-pub(super) struct Recording {
+pub struct Recording {
     runtime: Runtime,
     /// One, or two with the host's work between them.
     parts: Vec<Part>,
