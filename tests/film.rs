@@ -3,7 +3,7 @@
 mod support;
 
 use nephroid::film::exact::{ExactSum, LARGEST};
-use nephroid::graph::Lanes;
+use nephroid::graph::DeviceClass;
 use nephroid::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
 use nephroid::kernels::generated::{Camera, Pass};
 use support::{Harness, Output, POISON_WORD, Random, assert_same};
@@ -91,7 +91,7 @@ fn the_kernel_adds_exactly() {
     let layers: Output<[u32; 4]> = h.output((PIXELS * LAYER_SUMS) as usize);
     let rejected: Output<u32> = h.output(1);
     let run = |overflow| {
-        h.run_on(Lanes::Cpu, &[&film, &layers, &rejected], |g| {
+        h.run_on(DeviceClass::Cpu, &[&film, &layers, &rejected], |g| {
             let (camera, pass) = (g.import_read(&camera), g.import_read(&pass));
             let (radiance, gathered) = (g.import_read(&radiance), g.import_read(&gathered));
             let (aov_first, overflow) = (g.import_read(&aov), g.import_read(overflow));

@@ -2,7 +2,7 @@
 
 mod support;
 
-use nephroid::graph::{DispatchArgs, Graph, Lanes};
+use nephroid::graph::{DeviceClass, DispatchArgs, Graph};
 use nephroid::kernels::generated::{self, Aabb};
 use nephroid::kernels::reduce::Op;
 use nephroid::kernels::{Items, compact, reduce, scan, segmented_scan, sort};
@@ -225,14 +225,14 @@ fn sum_of_f32() {
     let h = Harness::lock();
     for_each_case(|what, data, count| {
         let floats: Vec<f32> = data.iter().map(|&word| word as f32 * 2f32.powi(-20) - 7.25).collect();
-        for lanes in [Lanes::Cpu, Lanes::Gpu] {
+        for class in [DeviceClass::Cpu, DeviceClass::Gpu] {
             let (input, result) = (h.input(&floats), h.output(1));
-            h.run_on(lanes, &[&result], |g| {
+            h.run_on(class, &[&result], |g| {
                 let (input, mut result) = (g.import_read(&input), g.import(result.memory()));
                 with_items(g, count, |g, items| reduce::sum_f32(g, items, &input, &mut result));
                 g.keep(&result);
             });
-            let wanted = reduce::reference_f32(lanes, used(&floats, count), floats.len() as u32);
+            let wanted = reduce::reference_f32(class, used(&floats, count), floats.len() as u32);
             let got: Vec<f32> = h.content(&result);
             assert_eq!(got[0].to_bits(), wanted.to_bits(), "{what}: {} is not {wanted}", got[0]);
             assert_near_sum(wanted, used(&floats, count), what);

@@ -5,7 +5,7 @@ mod gather_support;
 use gather_support::support::Harness;
 use gather_support::view::View;
 use gather_support::{Light, Random, difference, gathered, gathered_on, lambert, room};
-use nephroid::graph::{Buf, Graph, Lanes};
+use nephroid::graph::{Buf, DeviceClass, Graph};
 use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, Options, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, gather};
 use nephroid::kernels::gather::{Band, Points, Program, Weight, bvh, tiled};
@@ -84,9 +84,9 @@ fn expected(hits: &[EyeHit], discs: &[Disc]) -> Vec<[[f64; 3]; 2]> {
 }
 
 /// Gathered by an estimator from its records, on graphs for a kind of device.
-fn packed(harness: &Harness, lanes: Lanes, by: (Gather, Record), hits: &[EyeHit], discs: &[Disc]) -> Vec<Light> {
+fn packed(harness: &Harness, class: DeviceClass, by: (Gather, Record), hits: &[EyeHit], discs: &[Disc]) -> Vec<Light> {
     let program = lambert(harness, Weight::Epanechnikov);
-    gathered_on(harness, (&corner(), lanes), (hits, discs), |g, at, deposits, target| {
+    gathered_on(harness, (&corner(), class), (hits, discs), |g, at, deposits, target| {
         by.0(g, program, at, deposits, (by.1, target));
     })
 }
@@ -107,9 +107,9 @@ fn packed_photons_are_close() {
     let (wanted, counted) = (expected(&hits, &discs), pairs(&hits, &discs));
     assert!(counted > 5000.0, "{counted} pairs are too few for a comparison");
     for &(name, by, record, moved) in PACKED {
-        for lanes in [Lanes::Cpu, Lanes::Gpu] {
-            let what = format!("{name}, {record:?}, {lanes:?}");
-            let found = packed(&harness, lanes, (by, record), &hits, &discs);
+        for class in [DeviceClass::Cpu, DeviceClass::Gpu] {
+            let what = format!("{name}, {record:?}, {class:?}");
+            let found = packed(&harness, class, (by, record), &hits, &discs);
             // Half a step of flux, 2^-8 of it at most; and what the kernel 2 (1 - r^2), one in the mean, changes by over the way.
             let tolerance = 2f64.powi(-8) + 4.0 * 2f64.sqrt() * moved;
             assert_eq!(difference(&found, &wanted, tolerance), None, "{what}");
@@ -132,7 +132,7 @@ fn packed_radii_keep_the_light() {
         let (discs, hits) = open_room(3000, 4000, |r| [0.2 * smallest.powf(r.next()); 2]);
         let all: f64 = expected(&hits, &discs).iter().flatten().map(|l| l[0]).sum();
         for &(name, by, record, moved) in PACKED.iter().filter(|p| smallest > 0.05 || p.3 < 0.002) {
-            let found = packed(&harness, Lanes::Cpu, (by, record), &hits, &discs);
+            let found = packed(&harness, DeviceClass::Cpu, (by, record), &hits, &discs);
             let found: f64 = found.iter().flatten().map(|l| f64::from(l[0])).sum();
             println!("{name}, {record:?}, moved by {moved}: {:+.3} %", 100.0 * (found / all - 1.0));
             assert!((found / all - 1.0).abs() < 0.005, "{name}, {record:?}: {found}, not {all}");
@@ -174,7 +174,7 @@ fn the_comparison_fails_on_lost_photons() {
     let (discs, hits) = room(300, 100, |_| [0.1, 0.1]);
     let wanted = expected(&hits, &discs);
     for &(name, by, record, moved) in PACKED {
-        let found = packed(&harness, Lanes::Cpu, (by, record), &hits, &discs[20..]);
+        let found = packed(&harness, DeviceClass::Cpu, (by, record), &hits, &discs[20..]);
         let tolerance = 2f64.powi(-8) + 4.0 * 2f64.sqrt() * moved;
         assert!(difference(&found, &wanted, tolerance).is_some(), "{name}, {record:?}");
     }

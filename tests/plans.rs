@@ -6,7 +6,7 @@ use graph_support::{Fake, Wires, facts, shader};
 use insta::assert_snapshot;
 use nephroid::draw_state::{Cull, DepthTest, DrawState, Topology};
 use nephroid::graph::{
-    Buf, DispatchArgs, Draw, DrawArgs, Graph, Grid, Instances, KernelInfo, Lanes, Persistent, Plan, PlanError,
+    Buf, DeviceClass, DispatchArgs, Draw, DrawArgs, Graph, Grid, Instances, KernelInfo, Persistent, Plan, PlanError,
     RasterPass, ShaderInfo, Stage, Window, Windows,
 };
 use nephroid::kernels::{Items, compact, scan};
@@ -155,7 +155,7 @@ fn transients_beyond_an_arena_open_another_one() {
 
 #[test]
 fn indirect_arguments_order_passes_like_any_read() {
-    let mut g = Graph::new().with_lanes(Lanes::Gpu);
+    let mut g = Graph::new().with_device_class(DeviceClass::Gpu);
     let (mut flags, mut result) = (g.buffer("flags", 5000), g.buffer::<u32>("result", 5000));
     g.fill(&mut flags, 1);
     let survivors = compact::indices(&mut g, Items::All, &flags, 64);
@@ -190,7 +190,7 @@ fn indirect_arguments_order_passes_like_any_read() {
 
 #[test]
 fn a_scan_is_three_dispatches() {
-    let mut g = Graph::new().with_lanes(Lanes::Gpu);
+    let mut g = Graph::new().with_device_class(DeviceClass::Gpu);
     let (input, _) = g.input("input", &[1u32; 5000]);
     let (mut sums, mut total) = (g.buffer("sums", 5000), g.buffer("total", 1));
     g.scope("offsets", |g| scan::exclusive(g, Items::All, &input, &mut sums, &mut total));

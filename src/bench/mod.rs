@@ -24,7 +24,7 @@ pub use scene::{SceneReport, scene};
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::graph::{Graph, Lanes, Plan, Runtime};
+use crate::graph::{DeviceClass, Graph, Plan, Runtime};
 use crate::vk::DeviceKind;
 
 /// How much is measured.
@@ -134,7 +134,7 @@ const MEASURED: &str = "measured";
 
 /// Median seconds of the passes in the scope [`MEASURED`] of what `declare` declares.
 fn time(runtime: &Runtime, repeats: u32, declare: impl FnOnce(&mut Graph)) -> Result<f64> {
-    let mut g = Graph::new().with_lanes(lanes(runtime));
+    let mut g = Graph::new().with_device_class(device_class(runtime));
     declare(&mut g);
     time_plan(runtime, repeats, &planned(g)).map(|(seconds, _)| seconds)
 }
@@ -159,8 +159,8 @@ fn planned(g: Graph) -> Plan {
     g.plan().unwrap_or_else(|error| panic!("a measurement is declared wrong: {error}"))
 }
 
-fn lanes(runtime: &Runtime) -> Lanes {
-    if runtime.device().info().kind == DeviceKind::Software { Lanes::Cpu } else { Lanes::Gpu }
+fn device_class(runtime: &Runtime) -> DeviceClass {
+    if runtime.device().info().kind == DeviceKind::Software { DeviceClass::Cpu } else { DeviceClass::Gpu }
 }
 
 #[cfg(test)]

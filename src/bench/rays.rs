@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Effort, Floor, MEASURED, Rate, lanes, planned, time_plan};
+use super::{Effort, Floor, MEASURED, Rate, device_class, planned, time_plan};
 use crate::error::Result;
 use crate::graph::{Buf, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{HostBvh, TriangleTag, pack_triangles};
@@ -65,7 +65,7 @@ impl Target<'_> {
         is_hit: impl Fn(&T) -> bool,
     ) -> Result<(Vec<Rate>, Vec<T>)> {
         let memory = self.runtime.persistent_from("rays", rays)?;
-        let mut g = Graph::new().with_lanes(lanes(self.runtime));
+        let mut g = Graph::new().with_device_class(device_class(self.runtime));
         let (nodes, triangles) = (g.import_read(&self.nodes), g.import_read(&self.triangles));
         let (rays_buf, mut answers) = (g.import_read(&memory), g.buffer::<T>("answers", rays.len() as u32));
         let tree = Tree { nodes: &nodes, triangles: &triangles };

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::values::{self, Size, bytes};
 use crate::error::{Error, Result};
-use crate::graph::Lanes;
+use crate::graph::DeviceClass;
 use crate::render::{Outline, Saving, Savings, Settings, savings};
 use crate::scene::{self, Limits, Needs, Scene, Summary};
 
@@ -60,7 +60,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
         return Err(Error::scene(&args.scene, "no camera"));
     }
     let settings = Settings { width: args.size.width, height: args.size.height, ..Settings::default() };
-    let savings = savings(&scene, &settings, Lanes::Cpu)?;
+    let savings = savings(&scene, &settings, DeviceClass::Cpu)?;
     let (summary, needs) = (Summary::of(&scene), Needs::of(&scene));
     let facts = Facts { scene: &scene, size: args.size, summary, needs, savings };
     super::print(&if args.json { format!("{:#}", facts.json()) } else { facts.text() })

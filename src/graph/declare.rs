@@ -285,10 +285,11 @@ pub struct PassInfo {
     pub uses: Vec<Use>,
 }
 
-/// What executes invocations: graph functions may choose other kernels and grids for it, with the same results.
+/// The class of the device that runs the passes. Graph functions may choose other kernels and grids for it; the results
+/// are the same.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Lanes {
-    /// Lanes of a CPU's vector unit: barriers are dear, neighbouring lanes need not read neighbouring words.
+pub enum DeviceClass {
+    /// A CPU: barriers are slow there, and neighbouring invocations gain nothing by reading neighbouring words.
     #[default]
     Cpu,
     /// A GPU.
@@ -306,7 +307,7 @@ pub struct Graph {
     pub(super) scope_names: Vec<&'static str>,
     open_scopes: Vec<u32>,
     readback_count: u32,
-    lanes: Lanes,
+    class: DeviceClass,
     /// Longest window in bytes, where a test wants it short.
     pub(super) window_bytes: Option<u64>,
 }
@@ -317,15 +318,15 @@ impl Graph {
         Self::default()
     }
 
-    /// The same graph for another kind of device.
-    pub fn with_lanes(mut self, lanes: Lanes) -> Self {
-        self.lanes = lanes;
+    /// The same graph for a device of this class.
+    pub fn with_device_class(mut self, class: DeviceClass) -> Self {
+        self.class = class;
         self
     }
 
-    /// What the passes are declared for.
-    pub fn lanes(&self) -> Lanes {
-        self.lanes
+    /// The class of device that the passes are declared for.
+    pub fn device_class(&self) -> DeviceClass {
+        self.class
     }
 
     fn declare<T>(&mut self, name: &'static str, len: u32, kind: BufferKind, read_only: bool) -> Buf<T> {

@@ -17,8 +17,8 @@ mod trace;
 mod windows;
 
 pub use declare::{
-    Access, Bindings, Buf, BufferInfo, BufferKind, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel, KernelInfo,
-    Lanes, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
+    Access, Bindings, Buf, BufferInfo, BufferKind, DeviceClass, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel,
+    KernelInfo, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
 };
 pub use draw::{DrawArgs, DrawCount, DrawSpec, RasterSpec, ShaderInfo, Spirv, Stage, StageSpec};
 pub use execute::{Executable, Runtime};

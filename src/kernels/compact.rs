@@ -26,7 +26,7 @@ pub fn indices(g: &mut Graph, items: Items<'_>, flags: &Buf<u32>, local: u32) ->
         let mut count = g.buffer("survivor_count", 1);
         let mut survivors = g.buffer("survivors", flags.len());
         let all = items.buffer(g, flags.len());
-        let tiling = Tiling::new(g.lanes(), flags.len());
+        let tiling = Tiling::new(g.device_class(), flags.len());
         let partial = partial_sums(g, &all, flags, true, &mut count);
         g.dispatch(
             CompactScatter { items: tiling.items },

@@ -22,7 +22,7 @@ pub mod sort;
 pub mod trace;
 pub mod vvh;
 
-use crate::graph::{Buf, Graph, Grid, Lanes, ReadBuf};
+use crate::graph::{Buf, DeviceClass, Graph, Grid, ReadBuf};
 
 /// How many items of its buffers an algorithm works on.
 #[derive(Clone, Copy)]
@@ -71,10 +71,10 @@ pub(crate) struct Tiling {
 impl Tiling {
     /// Workgroups that share `capacity` items. More than 1024 would not be faster on any device, and their partial results
     /// then fit one tile, so that no algorithm here needs recursion.
-    pub fn new(lanes: Lanes, capacity: u32) -> Self {
-        let (items, most) = match lanes {
-            Lanes::Cpu => (64, 64),
-            Lanes::Gpu => (8, 1024),
+    pub fn new(class: DeviceClass, capacity: u32) -> Self {
+        let (items, most) = match class {
+            DeviceClass::Cpu => (64, 64),
+            DeviceClass::Gpu => (8, 1024),
         };
         Self { items, groups: capacity.div_ceil(256 * items).clamp(1, most) }
     }

@@ -2,13 +2,13 @@
 //!
 //! Two dispatches of one kernel: each workgroup reduces its share, one workgroup reduces the results; 4 (24 for boxes)
 //! bytes per item, up to 2^32 - 1 items. The order of combination is fixed by count and capacity, so float sums are the
-//! same bits on every run and every device of one kind ([`Lanes`]); [`reference_f32`] repeats that order.
+//! same bits on every run and every device of one kind ([`DeviceClass`]); [`reference_f32`] repeats that order.
 
 use super::generated::{Aabb, ReduceAabb, ReduceAabbBindings, ReduceAabbParams};
 use super::generated::{ReduceF32, ReduceF32Bindings, ReduceF32Params};
 use super::generated::{ReduceU32, ReduceU32Bindings, ReduceU32Params};
 use super::{Items, Tiling};
-use crate::graph::{Buf, Graph, Grid, Lanes};
+use crate::graph::{Buf, DeviceClass, Graph, Grid};
 
 /// What [`u32s`] computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +26,7 @@ macro_rules! two_levels {
     ($g:ident, $items:ident, $input:ident, $result:ident, $kernel:expr, $params:ident, $bindings:ident) => {
         $g.scope("reduce", |g| {
             assert!($result.len() >= 1, "the result needs a place");
-            let tiling = Tiling::new(g.lanes(), $input.len());
+            let tiling = Tiling::new(g.device_class(), $input.len());
             let count = $items.buffer(g, $input.len());
             let mut partial = g.buffer("reduce_partial", tiling.groups);
             let params = $params { capacity: $input.len() };
@@ -83,8 +83,8 @@ pub fn reference_u32(op: Op, input: &[u32]) -> u32 {
 }
 
 /// The specification of [`sum_f32`], for an input buffer of `capacity` items: the order is part of it.
-pub fn reference_f32(lanes: Lanes, input: &[f32], capacity: u32) -> f32 {
-    let tiling = Tiling::new(lanes, capacity);
+pub fn reference_f32(class: DeviceClass, input: &[f32], capacity: u32) -> f32 {
+    let tiling = Tiling::new(class, capacity);
     let (groups, tile) = (tiling.groups as usize, tiling.items as usize * 256);
     let level = |values: &[f32], groups: usize| -> Vec<f32> {
         let tiles = values.len().div_ceil(tile);

@@ -19,7 +19,7 @@ pub fn exclusive(g: &mut Graph, items: Items<'_>, input: &Buf<u32>, output: &mut
     assert!(output.len() >= input.len(), "the output holds {} of {} items", output.len(), input.len());
     g.scope("scan", |g| {
         let count = items.buffer(g, input.len());
-        let tiling = Tiling::new(g.lanes(), input.len());
+        let tiling = Tiling::new(g.device_class(), input.len());
         let partial = partial_sums(g, &count, input, false, total);
         g.dispatch(
             ScanApply { items: tiling.items },
@@ -39,7 +39,7 @@ pub(super) fn partial_sums(
     total: &mut Buf<u32>,
 ) -> Buf<u32> {
     assert!(total.len() >= 1, "the total needs a place");
-    let tiling = Tiling::new(g.lanes(), input.len());
+    let tiling = Tiling::new(g.device_class(), input.len());
     let mut partial = g.buffer("scan_partial", tiling.groups);
     g.dispatch(
         ScanReduce { nonzero, items: tiling.items },

@@ -8,7 +8,7 @@ use super::generated::{SegmentedScanApply, SegmentedScanApplyBindings, Segmented
 use super::generated::{SegmentedScanReduce, SegmentedScanReduceBindings, SegmentedScanReduceParams};
 use super::generated::{SegmentedScanSpine, SegmentedScanSpineBindings, SegmentedScanSpineParams};
 use super::{Items, Tiling};
-use crate::graph::{Buf, Graph, Grid, Lanes};
+use crate::graph::{Buf, DeviceClass, Graph, Grid};
 
 /// `output[i]` becomes the sum of the items before `i` that belong to the same segment. A segment starts at item 0 and
 /// wherever `heads` is not zero.
@@ -20,7 +20,7 @@ pub fn exclusive(g: &mut Graph, items: Items<'_>, input: &Buf<u32>, heads: &Buf<
     assert!(heads.len() >= capacity && output.len() >= capacity, "heads and output hold as many items as the input");
     g.scope("segmented scan", |g| {
         let count = items.buffer(g, capacity);
-        let groups = Tiling::new(Lanes::Gpu, capacity).groups;
+        let groups = Tiling::new(DeviceClass::Gpu, capacity).groups;
         let mut partial = g.buffer("segmented_partial", groups);
         let mut partial_head = g.buffer("segmented_partial_head", groups);
         g.dispatch(

@@ -6,7 +6,7 @@
 pub mod support;
 pub mod view;
 
-use nephroid::graph::{Buf, Graph, Lanes, Persistent};
+use nephroid::graph::{Buf, DeviceClass, Graph, Persistent};
 use nephroid::kernels::compact;
 use nephroid::kernels::gather::reference::Disc;
 use nephroid::kernels::gather::{Band, Points, Program, Walk, Weight};
@@ -70,8 +70,8 @@ pub fn gathered_at(
 ) -> Vec<Light> {
     let mut result = vec![[[f32::NAN; 4]; 2]; hits.len()];
     for frame in view.frames(hits) {
-        let [cpu, gpu] =
-            [Lanes::Cpu, Lanes::Gpu].map(|lanes| one_frame(harness, (view, &frame, lanes), hits, photons, &declare));
+        let [cpu, gpu] = [DeviceClass::Cpu, DeviceClass::Gpu]
+            .map(|class| one_frame(harness, (view, &frame, class), hits, photons, &declare));
         let wide = |light: &Light| light.map(|l| [f64::from(l[0]), f64::from(l[1]), f64::from(l[2])]);
         let expected: Vec<_> = cpu.iter().map(wide).collect();
         assert_eq!(difference(&gpu, &expected, 1e-5), None, "kinds of device differ");
@@ -84,13 +84,13 @@ pub fn gathered_at(
 /// As [`gathered_at`], on graphs for one kind of device: for what depends on how large tiles are there.
 pub fn gathered_on(
     harness: &Harness,
-    (view, lanes): (&View, Lanes),
+    (view, class): (&View, DeviceClass),
     (hits, photons): (&[EyeHit], &[Disc]),
     declare: impl Fn(&mut Graph, (Points<'_>, Band<'_>), &mut Deposits, &mut Buf<[f32; 4]>),
 ) -> Vec<Light> {
     let mut result = vec![[[f32::NAN; 4]; 2]; hits.len()];
     for frame in view.frames(hits) {
-        let found = one_frame(harness, (view, &frame, lanes), hits, photons, &declare);
+        let found = one_frame(harness, (view, &frame, class), hits, photons, &declare);
         frame.places.iter().zip(found).for_each(|((_, index), light)| result[*index] = light);
     }
     result
@@ -99,7 +99,7 @@ pub fn gathered_on(
 /// The light of the hits of a frame, in their order there.
 fn one_frame(
     harness: &Harness,
-    (view, frame, lanes): (&View, &Frame, Lanes),
+    (view, frame, class): (&View, &Frame, DeviceClass),
     hits: &[EyeHit],
     photons: &[Disc],
     declare: &impl Fn(&mut Graph, (Points<'_>, Band<'_>), &mut Deposits, &mut Buf<[f32; 4]>),
@@ -111,7 +111,7 @@ fn one_frame(
     let (stored, boxes, hits_memory) = (harness.input(&stored), harness.input(&boxes), harness.input(&slots));
     let list: Vec<u32> = frame.places.iter().map(|(pixel, _)| *pixel).collect();
     let (list, output) = (harness.input(&list), harness.output::<[f32; 4]>(2 * pixels as usize));
-    harness.run_on(lanes, &[&output], |g| {
+    harness.run_on(class, &[&output], |g| {
         let mut deposits = deposits(g, &stored, &boxes);
         let (hits_buffer, list) = (g.import_read(&hits_memory), g.import_read(&list));
         let count = counted(g, list.len());

@@ -11,7 +11,7 @@ use std::fmt::Debug;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bytemuck::Pod;
-use nephroid::graph::{Graph, Lanes, Persistent, Runtime};
+use nephroid::graph::{DeviceClass, Graph, Persistent, Runtime};
 use nephroid::vk::{Device, DeviceOptions};
 
 /// Byte that fills outputs before a run.
@@ -77,14 +77,14 @@ impl Harness {
 
     /// Runs what `declare` declares twice for each kind of device, with poisoned outputs each time: always the same bits.
     pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) {
-        let cpu = self.run_on(Lanes::Cpu, outputs, &declare);
-        let gpu = self.run_on(Lanes::Gpu, outputs, &declare);
+        let cpu = self.run_on(DeviceClass::Cpu, outputs, &declare);
+        let gpu = self.run_on(DeviceClass::Gpu, outputs, &declare);
         assert!(cpu == gpu, "kinds of device differ");
     }
 
     /// Runs what `declare` declares for one kind of device twice.
-    pub fn run_on(&self, lanes: Lanes, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) -> Vec<Vec<u8>> {
-        let mut graph = Graph::new().with_lanes(lanes);
+    pub fn run_on(&self, class: DeviceClass, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) -> Vec<Vec<u8>> {
+        let mut graph = Graph::new().with_device_class(class);
         declare(&mut graph);
         let plan = graph.plan().expect("a plan");
         let mut executable = self.runtime.prepare(&plan).expect("memory and commands");

@@ -10,7 +10,7 @@
 //! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another estimator.
 
 use super::{Band, Points, Program};
-use crate::graph::{Buf, DispatchArgs, Graph, Grid, Lanes};
+use crate::graph::{Buf, DeviceClass, DispatchArgs, Graph, Grid};
 use crate::kernels::generated::{
     Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, RadiusRange, TiledBounds, TiledBoundsBindings,
     TiledBoundsParams, TiledCover, TiledCoverBindings, TiledCoverParams, TiledFill, TiledFillBindings, TiledFillParams,
@@ -56,11 +56,11 @@ struct Tiles {
 }
 
 impl Tiles {
-    fn new(lanes: Lanes, band: Band<'_>) -> Self {
+    fn new(class: DeviceClass, band: Band<'_>) -> Self {
         // On a CPU as large as the block of a workgroup. A GPU sorts with ease what it saves there by fewer, larger tiles.
-        let shift = match lanes {
-            Lanes::Cpu => 3,
-            Lanes::Gpu => 4,
+        let shift = match class {
+            DeviceClass::Cpu => 3,
+            DeviceClass::Gpu => 4,
         };
         let [width, height] = band.size;
         let row_of = |pixel: u32| (pixel / (STRIP * width) * STRIP).min(height - 1);
@@ -108,7 +108,7 @@ pub fn tiled(
     gathered: &mut Buf<[f32; 4]>,
 ) -> Buf<u32> {
     assert!(touched.len() >= deposits.photons.len(), "a photon has no place for its mark");
-    let tiles = Tiles::new(g.lanes(), band);
+    let tiles = Tiles::new(g.device_class(), band);
     let mut seen = g.buffer("tiled_seen", band.pixels);
     g.fill(&mut seen, 0);
     let bind = TiledMarkBindings { list: points.list, count: points.count, seen: &mut seen };
@@ -221,7 +221,7 @@ fn gather(
     ((deposits, packed), bounds, lists): ((&Deposits, Option<&Records>), &Buf<[f32; 4]>, &Lists),
     gathered: &mut Buf<[f32; 4]>,
 ) {
-    let chunks = g.lanes() == Lanes::Gpu;
+    let chunks = g.device_class() == DeviceClass::Gpu;
     let none = g.upload("no_records", &[0u32]);
     let (no_range, no_photons) = (g.upload("no_range", &[RadiusRange::default()]), no_photons(g));
     let no_boxes = g.upload("no_boxes", &[Aabb::default()]);
@@ -331,8 +331,8 @@ mod tests {
         for (size, first_pixel, pixels) in
             [([1, 1], 0, 1), ([320, 240], 0, 76_800), ([30, 21], 130, 77), ([7, 3], 20, 1), ([5000, 9], 44_000, 1000)]
         {
-            for lanes in [Lanes::Cpu, Lanes::Gpu] {
-                let tiles = Tiles::new(lanes, Band { camera: &camera, size, first_pixel, pixels });
+            for class in [DeviceClass::Cpu, DeviceClass::Gpu] {
+                let tiles = Tiles::new(class, Band { camera: &camera, size, first_pixel, pixels });
                 for pixel in first_pixel..first_pixel + pixels {
                     let strip = pixel / (STRIP * size[0]);
                     let rows = STRIP.min(size[1] - strip * STRIP);

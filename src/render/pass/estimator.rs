@@ -2,7 +2,7 @@
 
 use super::leaf_size;
 use crate::error::{Error, Result};
-use crate::graph::{Buf, Graph, Lanes};
+use crate::graph::{Buf, DeviceClass, Graph};
 use crate::kernels::gather::{
     self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
 };
@@ -98,7 +98,7 @@ impl Estimator {
     }
 
     /// The fastest of them on a kind of device, as measured (ARCHITECTURE.md).
-    pub fn default_for(_lanes: Lanes) -> Self {
+    pub fn default_for(_lanes: DeviceClass) -> Self {
         Self::Bvh
     }
 }

@@ -252,9 +252,9 @@ fn planned(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
 /// Declares and plans a pass that the device does by itself.
 pub fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Planned {
     let Content { device, settings, .. } = content;
-    let mut g = Graph::new().with_lanes(device.lanes);
+    let mut g = Graph::new().with_device_class(device.device_class);
     let (buffers, pass) = device.import(&mut g, Pass::default());
-    let chosen = settings.estimator_on(device.lanes);
+    let chosen = settings.estimator_on(device.device_class);
     let mut deposits = trace_photons(&mut g, &buffers, content, budget);
     let mut structure = deposits.as_mut().map(|store| match settings.method {
         Method::Light => Structure::Connections(g.scope("connections", |g| light::splats(g, content, &buffers, store))),
@@ -272,7 +272,7 @@ pub fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> P
 /// no halves.
 pub fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) -> (Planned, Readback<Aabb>) {
     let Content { device, settings, .. } = content;
-    let mut g = Graph::new().with_lanes(device.lanes);
+    let mut g = Graph::new().with_device_class(device.device_class);
     let (buffers, pass) = device.import(&mut g, Pass::default());
     let mut deposits = trace_photons(&mut g, &buffers, content, budget).expect("a photon map needs photons");
     let boxes = map.store(&mut g, &mut deposits, settings.record == Record::Packed20);
@@ -282,7 +282,7 @@ pub fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) 
 
 /// Photons alone, brought to the host. A budget without photons has none to plan.
 pub fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Readback<Photon>) {
-    let mut g = Graph::new().with_lanes(content.device.lanes);
+    let mut g = Graph::new().with_device_class(content.device.device_class);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     let deposits = trace_photons(&mut g, &buffers, content, budget).expect("a survey needs photons");
     let photons = g.readback(&deposits.photons);
@@ -292,7 +292,7 @@ pub fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Rea
 
 /// The second half: everything that is seen, with the host's map.
 pub fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> Planned {
-    let mut g = Graph::new().with_lanes(content.device.lanes);
+    let mut g = Graph::new().with_device_class(content.device.device_class);
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     let (deposits, sorted) = g.scope("photon map", |g| map.map(g, content.settings.record == Record::Packed20));
     let reports = bands(&mut g, content, &buffers, Some((&mut Structure::Bvh(sorted), &deposits)), state);

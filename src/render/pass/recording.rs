@@ -57,7 +57,7 @@ impl Recording {
     /// [`crate::error::Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Result<Self> {
         let settings = content.settings;
-        let estimator = settings.estimator_on(content.device.lanes);
+        let estimator = settings.estimator_on(content.device.device_class);
         let mut recording =
             Self { runtime: runtime.clone(), parts: vec![], between: None, dump: String::new(), dispatches: 0 };
         let builds_map = settings.method == Method::Photons && estimator == Estimator::Bvh;

@@ -3,7 +3,7 @@
 use bytemuck::Pod;
 
 use crate::error::Result;
-use crate::graph::{Lanes, Persistent, Runtime};
+use crate::graph::{DeviceClass, Persistent, Runtime};
 use crate::kernels::generated::Photon;
 use crate::vk::DeviceKind;
 
@@ -13,7 +13,7 @@ pub enum Memory<'a> {
     /// Memory of a device.
     Device(&'a Runtime),
     /// Sizes only, as if there were a device of this kind.
-    Nowhere(Lanes),
+    Nowhere(DeviceClass),
 }
 
 impl Memory<'_> {
@@ -57,11 +57,11 @@ impl Memory<'_> {
     }
 
     /// What kind of device runs the plans.
-    pub fn lanes(&self) -> Lanes {
+    pub fn device_class(&self) -> DeviceClass {
         match self {
-            Self::Device(runtime) if runtime.device().info().kind == DeviceKind::Software => Lanes::Cpu,
-            Self::Device(_) => Lanes::Gpu,
-            Self::Nowhere(lanes) => *lanes,
+            Self::Device(runtime) if runtime.device().info().kind == DeviceKind::Software => DeviceClass::Cpu,
+            Self::Device(_) => DeviceClass::Gpu,
+            Self::Nowhere(device_class) => *device_class,
         }
     }
 }

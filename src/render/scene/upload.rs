@@ -5,7 +5,7 @@ use super::lights::LightTable;
 use super::memory::Memory;
 use super::shading::{Textures, is_flat, vertex_data};
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Lanes, Persistent, Runtime};
+use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::{
     BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
@@ -49,7 +49,7 @@ pub struct DeviceScene {
     /// Photons that a pass can store.
     pub(in crate::render) most_deposits: u32,
     /// What kind of device it is.
-    pub(in crate::render) lanes: Lanes,
+    pub(in crate::render) device_class: DeviceClass,
     /// Exponents of the powers of two that the film counts radiance and depth in.
     pub(in crate::render) exponents: [i32; 2],
     /// Power of all lights, were they all of the colour of the one that has most of it: red, green, blue [W].
@@ -129,7 +129,7 @@ impl DeviceScene {
             fences: memory.loop_limit().is_none(),
             loop_limit: memory.loop_limit(),
             most_deposits: memory.most_deposits(),
-            lanes: memory.lanes(),
+            device_class: memory.device_class(),
             exponents: table.film_exponents(scene, f64::from(radius)),
             light_power: table.greatest_power(),
             radius,

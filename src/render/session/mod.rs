@@ -92,7 +92,7 @@ impl Session {
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
-        let estimator = settings.estimator_on(device_scene.lanes);
+        let estimator = settings.estimator_on(device_scene.device_class);
         settings.sampling.check(estimator)?;
         estimator.check_record(settings.record)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
@@ -105,7 +105,7 @@ impl Session {
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let has_tree = settings.method == Method::Photons
             && !budget.emissions.is_empty()
-            && settings.estimator_on(device_scene.lanes) == Estimator::Bvh;
+            && settings.estimator_on(device_scene.device_class) == Estimator::Bvh;
         if settings.leaf_photons.is_none() && has_tree {
             let coverage = leaf_size::survey(runtime, content, &budget)?;
             settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
@@ -256,7 +256,7 @@ impl Session {
 
     /// How the light of the photons is estimated.
     pub fn estimator(&self) -> Estimator {
-        self.settings.estimator_on(self.device_scene.lanes)
+        self.settings.estimator_on(self.device_scene.device_class)
     }
 
     /// Bytes of the estimator; `None` without photons, and for methods that have none.

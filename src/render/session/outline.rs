@@ -2,7 +2,7 @@
 
 use super::budget;
 use crate::error::Result;
-use crate::graph::{BufferKind, Lanes, Operation, Plan};
+use crate::graph::{BufferKind, DeviceClass, Operation, Plan};
 use crate::kernels::scene_data::Variant;
 use crate::render::pass::plan::{self, Content, FilmState, slots_per_pixel};
 use crate::render::scene::memory::Memory;
@@ -54,7 +54,7 @@ impl Outline {
     }
 
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
-        let state = FilmState::new(Memory::Nowhere(device.lanes), settings, slots_per_pixel(device, settings))?;
+        let state = FilmState::new(Memory::Nowhere(device.device_class), settings, slots_per_pixel(device, settings))?;
         let content = Content { scene, device, settings };
         let plan = plan::plan(content, &budget(device, settings), &state).plan;
         let inputs = plan
@@ -193,9 +193,9 @@ fn grown(variant: &mut Variant, vectors: u32) -> u32 {
 ///
 /// # Panics
 /// If the settings name a camera that the scene lacks.
-pub fn savings(scene: &Scene, settings: &Settings, lanes: Lanes) -> Result<Savings> {
+pub fn savings(scene: &Scene, settings: &Settings, class: DeviceClass) -> Result<Savings> {
     assert!(settings.camera < scene.cameras.len(), "camera {} of {}", settings.camera, scene.cameras.len());
-    let device = DeviceScene::in_memory(Memory::Nowhere(lanes), scene, false)?;
+    let device = DeviceScene::in_memory(Memory::Nowhere(class), scene, false)?;
     let lean = Outline::of(scene, &device, settings)?;
     let lacking = || FEATURES.iter().filter(|feature| !(feature.has)(&device));
     let with = |features: &mut dyn Iterator<Item = &Feature>| {
@@ -234,7 +234,7 @@ mod tests {
         let camera = Camera::look_at([0.0, 2.0, 2.0], [0.0; 3], [0.0, 1.0, 0.0], 0.7);
         let scene = Scene::from_parts(vec![(quad, material)], vec![light], camera);
         let settings = Settings { width: 32, height: 24, photons: Some(1000), ..Settings::default() };
-        savings(&scene, &settings, Lanes::Cpu).expect("a plan needs no device")
+        savings(&scene, &settings, DeviceClass::Cpu).expect("a plan needs no device")
     }
 
     fn names(savings: &Savings) -> Vec<&str> {

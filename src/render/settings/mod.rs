@@ -2,7 +2,7 @@
 
 pub mod names;
 
-use crate::graph::Lanes;
+use crate::graph::DeviceClass;
 use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
 pub use crate::kernels::records::Record;
@@ -173,8 +173,8 @@ impl Settings {
     }
 
     /// The estimator to use on a kind of device.
-    pub fn estimator_on(&self, lanes: Lanes) -> Estimator {
-        self.estimator.unwrap_or(Estimator::default_for(lanes))
+    pub fn estimator_on(&self, class: DeviceClass) -> Estimator {
+        self.estimator.unwrap_or(Estimator::default_for(class))
     }
 
     /// Photons emitted per pass over both classes: two per pixel within bounds, if not set.
