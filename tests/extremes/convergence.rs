@@ -10,7 +10,8 @@ use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Light, Material, Scene};
 use nephroid::study::moments::Moments;
 
-use crate::lab::{from_above, runtime, settings};
+use crate::support::device::runtime;
+use crate::support::lab::{from_above, settings};
 
 /// Pixels of a side of the image, which shows `2 HALF` units.
 const SIDE: u32 = 8;

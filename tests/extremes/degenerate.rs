@@ -3,7 +3,7 @@
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Light, Material, Scene};
 
-use crate::lab::{Shot, assert_close, assert_same, settings};
+use crate::support::lab::{Shot, assert_close, assert_same, settings};
 use crate::variants::{lamp, room};
 
 fn triangle(corners: [[f32; 3]; 3]) -> Mesh {
@@ -134,7 +134,7 @@ fn case_40_camera_inside_of_glass() {
 /// Cases 34 to 36 are tests of traversal, without pictures.
 #[test]
 fn cases_34_to_36_are_tested() {
-    let traversal = include_str!("../trace.rs");
+    let traversal = include_str!("../kernels/trace.rs");
     for case in ["Case 34", "Case 35", "Case 36"] {
         let found = traversal.find(&format!("/// {case}")).unwrap_or_else(|| panic!("{case} is missing"));
         assert!(traversal[found..].lines().nth(1).is_some_and(|line| line == "#[test]"), "{case} is no test");

@@ -5,7 +5,7 @@ use nephroid::graph::Graph;
 use nephroid::kernels::differentials::{Boundary, SmoothNormal, reflect, refract, run, transfer};
 use nephroid::kernels::generated::DifferentialStep;
 
-use crate::lab::runtime;
+use crate::support::device::runtime;
 
 /// A triangle with normals of its own, and what happens there: reflection (`eta` 0) or refraction.
 struct Facet {

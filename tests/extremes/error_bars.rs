@@ -8,7 +8,7 @@ use nephroid::render::Settings;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
-use crate::lab::{Shot, from_above, settings};
+use crate::support::lab::{Shot, from_above, settings};
 
 const SIDE: u32 = 16;
 

@@ -4,7 +4,8 @@ use nephroid::render::{Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Light, Material, Scene};
 
-use crate::lab::{Shot, assert_same, difference, runtime, settings};
+use crate::support::device::runtime;
+use crate::support::lab::{Shot, assert_same, difference, settings};
 use crate::variants::{kinds, lamp, panel, room};
 
 fn small() -> Settings {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
-use crate::lab::{Shot, assert_close, close, from_above, settings};
+use crate::support::lab::{Shot, assert_close, close, from_above, settings};
 
 /// Means over `n` x `n` blocks of a square image.
 fn blocks(pixels: &[f64], n: usize) -> Vec<f64> {

@@ -8,7 +8,8 @@ use nephroid::render::{Lens, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Material, Scene};
 
-use crate::lab::{Shot, assert_close, assert_same, close, difference, parallel, runtime, settings};
+use crate::support::device::runtime;
+use crate::support::lab::{Shot, assert_close, assert_same, close, difference, parallel, settings};
 
 const YFOV: f32 = 0.6;
 

@@ -6,7 +6,7 @@ use nephroid::render::Settings;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
-use crate::lab::{Shot, assert_close, close, from_above, settings};
+use crate::support::lab::{Shot, assert_close, close, from_above, settings};
 
 const TILT: f64 = 0.5;
 const HEIGHT: f64 = 0.6;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Light, Material, Scene};
 
-use crate::lab::{Shot, assert_close, close, from_above, parallel, settings};
+use crate::support::lab::{Shot, assert_close, close, from_above, parallel, settings};
 
 /// Case 8: a slab of glass between the sun at the zenith and a floor. With R = ((n - 1) / (n + 1))^2 and all reflections inside,
 /// T = (1 - R) / (1 + R) = 0.923077. The image holds the whole slab with a margin for footprints, so it counts all flux.

@@ -4,7 +4,7 @@ use nephroid::render::Settings;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
 
-use crate::lab::{Shot, assert_same, difference, settings};
+use crate::support::lab::{Shot, assert_same, difference, settings};
 
 /// A slanted box in front of a wall, on a floor, so that nothing is aligned with the axes; `object` is the box's material.
 pub fn room(object: Material, lights: Vec<Light>) -> Scene {

@@ -4,7 +4,7 @@ use nephroid::render::Settings;
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
-use crate::lab::{Shot, settings};
+use crate::support::lab::{Shot, settings};
 
 /// Wide footprints, so that a boundary matters.
 fn wide(fold: bool) -> Settings {

@@ -1,0 +1,8 @@
+//! What holds for the repository as a whole, without a device: layers of the sources, tools, scenes.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod assets;
+mod layers;
+mod tools;

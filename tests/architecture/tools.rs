@@ -1,0 +1,163 @@
+//! What tools/setup does on a system that lacks packages, played out with a `PATH` of fakes: it installs as root or through sudo
+//! without a password, and otherwise prints the command and stops with code 3.
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::support::repository;
+
+/// What a run of the tests needs on Debian beside a compiler.
+const PACKAGES: [&str; 6] =
+    ["libvulkan1", "libshaderc-dev", "glslang-dev", "spirv-tools", "vulkan-validationlayers", "mesa-vulkan-drivers"];
+
+/// A machine made of shell scripts.
+struct Machine {
+    folder: tempfile::TempDir,
+}
+
+impl Machine {
+    /// Debian with a compiler, cargo and `installed` packages; `user` is what `id -u` prints.
+    fn debian(user: u32, installed: &[&str]) -> Self {
+        let machine = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        fs::create_dir_all(machine.path("bin")).expect("bin");
+        fs::create_dir_all(machine.path("libs")).expect("libs");
+        fs::write(machine.path("os-release"), "ID=debian\nVERSION_ID=\"13\"\n").expect("os-release");
+        machine.command("id", &format!("echo {user}"));
+        machine.command("cargo", "exit 0");
+        machine.command("ar", "exit 1");
+        machine.command("cc", "case $1 in -print-file-name=*) echo /lib/libstdc++.so ;; *) exit 1 ;; esac");
+        let lines: String = installed.iter().map(|name| format!("echo 'installed {name}'\n")).collect();
+        machine.command("dpkg-query", &format!("case $2 in *Version*) exit 1 ;; esac\n{lines}exit 1"));
+        machine.command("apt-cache", "echo '  Candidate: 1.0'");
+        machine.command("apt-get", &format!("echo \"$*\" >>'{}'", machine.path("apt.log").display()));
+        machine.command("cmake", "exit 0");
+        machine.command("git", "exit 0");
+        machine.command("python3", "exit 0");
+        machine.command("c++", "exit 0");
+        for tool in [
+            "bash", "sh", "dirname", "mkdir", "sed", "grep", "tr", "sort", "head", "cat", "rm", "mktemp", "env",
+            "chmod",
+        ] {
+            let real = ["/usr/bin", "/bin"].iter().map(|at| Path::new(at).join(tool)).find(|path| path.exists());
+            symlink(real.expect("a standard tool"), machine.path("bin").join(tool)).expect("a link");
+        }
+        machine
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, name: &str, script: &str) {
+        let file = self.path("bin").join(name);
+        fs::write(&file, format!("#!/bin/sh\n{script}\n")).expect("a fake command");
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).expect("an executable");
+    }
+
+    /// Runs the set-up for the tests; with the user's own shader compiler library or without.
+    fn setup(&self, own_shaderc: bool) -> Output {
+        self.setup_command(own_shaderc).output().expect("bash starts")
+    }
+
+    fn setup_command(&self, own_shaderc: bool) -> Command {
+        let mut command = Command::new(self.path("bin").join("bash"));
+        command
+            .arg(repository("tools/setup"))
+            .arg("test")
+            .env_clear()
+            .env("PATH", self.path("bin"))
+            .env("HOME", self.folder.path())
+            .env("CARGO_TARGET_DIR", self.path("target"))
+            .env("NEPHROID_OS_RELEASE", self.path("os-release"));
+        if own_shaderc {
+            command.env("SHADERC_LIB_DIR", self.path("libs"));
+        }
+        command
+    }
+
+    /// What was asked of apt-get, one line a call.
+    fn apt_calls(&self) -> Vec<String> {
+        fs::read_to_string(self.path("apt.log")).unwrap_or_default().lines().map(String::from).collect()
+    }
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn without_root_the_exact_command_is_printed_and_the_code_is_3() {
+    for sudo in [None, Some("exit 1")] {
+        let machine = Machine::debian(1000, &["libvulkan1", "glslang-dev", "vulkan-validationlayers"]);
+        if let Some(script) = sudo {
+            machine.command("sudo", script);
+        }
+        let output = machine.setup(false);
+        let expected = "\n    sudo apt-get update && sudo apt-get install -y --no-install-recommends \
+                        libshaderc-dev mesa-vulkan-drivers spirv-tools\n";
+        assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+        assert!(words(&output).contains(expected), "{}", words(&output));
+        assert_eq!(machine.apt_calls(), Vec::<String>::new(), "nothing may be installed");
+    }
+}
+
+#[test]
+fn root_installs_what_is_missing_and_nothing_else() {
+    let machine = Machine::debian(0, &["libvulkan1", "spirv-tools"]);
+    let output = machine.setup(true);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert_eq!(machine.apt_calls(), ["install -y --no-install-recommends mesa-vulkan-drivers vulkan-validationlayers"]);
+}
+
+#[test]
+fn sudo_without_a_password_installs_and_the_backports_are_taken() {
+    let machine = Machine::debian(1000, &["libvulkan1", "spirv-tools", "vulkan-validationlayers"]);
+    machine.command("sudo", "[ \"$1\" = -n ] && exit 0\nexec \"$@\"");
+    machine
+        .command("apt-cache", "echo '  Candidate: 22.3.6-1'\necho '  100 http://mirror bookworm-backports/main amd64'");
+    let output = machine.setup(true);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert_eq!(machine.apt_calls(), ["install -y --no-install-recommends -t bookworm-backports mesa-vulkan-drivers"]);
+}
+
+#[test]
+fn package_lists_are_fetched_only_where_a_package_is_unknown() {
+    let machine = Machine::debian(0, &["libvulkan1", "spirv-tools", "vulkan-validationlayers"]);
+    machine.command("apt-cache", "echo '  Candidate: (none)'");
+    assert_eq!(machine.setup(true).status.code(), Some(0));
+    assert_eq!(machine.apt_calls(), ["update", "install -y --no-install-recommends mesa-vulkan-drivers"]);
+}
+
+#[test]
+fn a_complete_system_is_left_alone_and_a_chosen_driver_is_a_driver() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    let output = machine.setup(true);
+    assert_eq!((output.status.code(), words(&output)), (Some(0), String::new()));
+
+    let without_driver = Machine::debian(1000, &PACKAGES[..5]);
+    assert_eq!(without_driver.setup(true).status.code(), Some(3));
+    let output =
+        without_driver.setup_command(true).env("VK_DRIVER_FILES", "/some/driver.json").output().expect("bash starts");
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+}
+
+#[test]
+fn a_build_from_source_is_announced_in_one_line() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    let output = machine.setup(false);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert_eq!(words(&output).lines().count(), 1);
+    assert!(words(&output).contains("15 CPU minutes"), "{}", words(&output));
+}
+
+#[test]
+fn without_cargo_the_way_to_get_it_is_printed() {
+    let machine = Machine::debian(0, &[]);
+    fs::remove_file(machine.path("bin/cargo")).expect("cargo was there");
+    let output = machine.setup(false);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(words(&output).contains("install Rust 1.95"), "{}", words(&output));
+}

@@ -1,0 +1,9 @@
+//! The program from outside.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod commands;
+mod device;
+mod farm;
+mod resume;

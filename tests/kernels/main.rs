@@ -1,0 +1,16 @@
+//! Every kernel against its reference, on the device of `NEPHROID_TEST_DEVICE` under validation.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bounds;
+mod film;
+mod gather;
+mod gather_knn;
+mod hash_grid;
+mod lbvh;
+mod packing;
+mod references;
+mod trace;
+mod vvh;
+mod walk;

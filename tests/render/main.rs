@@ -1,0 +1,11 @@
+//! Renders of whole scenes: estimators, photon maps, sampling, and the methods of light transport.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod estimators;
+mod light;
+mod path;
+mod photon_build;
+mod sampling;
+mod transport;

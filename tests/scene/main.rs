@@ -1,0 +1,8 @@
+//! Loading of scenes: sound, broken and sample files.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bad;
+mod load;
+mod samples;
