@@ -7,13 +7,11 @@ mod settings;
 
 pub use crate::kernels::gather::{Amplification, Weight};
 pub use crate::kernels::photon::Footprint;
-pub use pass::estimator::Estimator;
 pub use pass::leaf_size::{automatic as automatic_leaf, coverage};
-pub use pass::sampling::{Sampling, Scale};
 pub use scene::upload::DeviceScene;
 pub use session::estimator_bytes::EstimatorBytes;
 pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Session, Statistics};
 pub use settings::names;
-pub use settings::{Lens, Method, PhotonBuild, Record, Settings};
+pub use settings::{Estimator, Lens, Method, PhotonBuild, Record, Sampling, Scale, Settings};

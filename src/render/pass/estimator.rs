@@ -1,8 +1,7 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
-use super::leaf_size;
 use crate::error::{Error, Result};
-use crate::graph::{Buf, DeviceClass, Graph};
+use crate::graph::{Buf, Graph};
 use crate::kernels::gather::{
     self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
 };
@@ -11,97 +10,8 @@ use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Record, Settings};
+use crate::render::settings::{Estimator, Record, Settings};
 use crate::vk::{Device, Feature};
-
-/// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
-/// picture; they differ in time and memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimator {
-    /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
-    Bvh,
-    /// A grid of cells in a hash table, one for each size of footprint (after Mara, Luebke and McGuire 2013).
-    Hash,
-    /// Lists of photons per tile of the image (Mara, Luebke and McGuire 2013); a hierarchy behind mirrors and glass.
-    Tiled,
-    /// A polygon drawn around each photon's outline in the picture (Mara, Luebke and McGuire 2013).
-    Bounds25d,
-    /// An icosahedron drawn around each photon (same).
-    Bounds3d,
-    /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
-    /// than k footprints overlap.
-    Knn,
-    /// Every photon at every eye hit: slow, the answer that the others must give.
-    Brute,
-}
-
-impl Estimator {
-    /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Bvh, Self::Tiled, Self::Hash, Self::Bounds25d, Self::Bounds3d, Self::Knn, Self::Brute];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bvh => "bvh",
-            Self::Hash => "hash",
-            Self::Knn => "knn",
-            Self::Tiled => "tiled",
-            Self::Bounds25d => "bounds25d",
-            Self::Bounds3d => "bounds3d",
-            Self::Brute => "brute",
-        }
-    }
-
-    /// What it is, for the command line.
-    pub fn help(self) -> &'static str {
-        match self {
-            Self::Bvh => "Bounding-volume hierarchy over the footprints",
-            Self::Hash => "Hash grid, a level of cells for each size of footprint",
-            Self::Knn => {
-                "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
-            }
-            Self::Tiled => "Lists of photons per tile of the image; hits behind mirrors and glass by bvh",
-            Self::Bounds25d => {
-                "A polygon drawn around each photon, for a device that rasterises; what mirrors and glass show is \
-                 gathered as by `bvh`"
-            }
-            Self::Bounds3d => "An icosahedron drawn around each photon, otherwise as `bounds25d`",
-            Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
-        }
-    }
-
-    /// Whether it goes through lists of photons, of which a part can be skipped (`--sampling stochastic`).
-    pub fn walks(self) -> bool {
-        match self {
-            Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
-            Self::Knn | Self::Bounds25d | Self::Bounds3d => false,
-        }
-    }
-
-    /// Whether it can gather from records of this kind.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if it cannot.
-    pub fn check_record(self, record: Record) -> Result<()> {
-        let advice = match (self, record) {
-            (_, Record::Full) | (Self::Hash | Self::Tiled, _) | (Self::Bvh, Record::Packed20) => return Ok(()),
-            (Self::Bvh, Record::Packed12) => {
-                "it has no cells for positions to be relative to; use --photon-record 20, or hash or tiled"
-            }
-            (Self::Knn | Self::Brute | Self::Bounds25d | Self::Bounds3d, _) => {
-                "it reads photons in full only; use --photon-record full, or bvh, hash or tiled"
-            }
-        };
-        let (name, bytes) = (self.name(), record.code());
-        Err(Error::Usage(format!("--photon-record {bytes} with --estimator {name}: {advice}")))
-    }
-
-    /// The fastest of them on a kind of device, as measured (ARCHITECTURE.md).
-    pub fn default_for(_lanes: DeviceClass) -> Self {
-        Self::Bvh
-    }
-}
 
 /// Refuses settings that make no sense, and estimators that the device cannot run.
 ///
@@ -171,8 +81,7 @@ pub fn build(
     settings: &Settings,
     deposits: &mut Deposits,
 ) -> Structure {
-    let options =
-        lbvh::Options { leaf_items: settings.leaf_photons.unwrap_or(leaf_size::LEAST), fences: device.fences };
+    let options = lbvh::Options { leaf_items: settings.leaf_size(), fences: device.fences };
     let drawn = |shape| Bounds { shape, amplification: settings.amplification };
     let kind = match estimator {
         Estimator::Bvh => {
@@ -285,11 +194,5 @@ mod tests {
         assert_eq!(text, Err("device 'd' lacks geometry kernels: use another".into()));
         assert!(matches!(advise(Err(Error::Interrupted), "nothing"), Err(Error::Interrupted)));
         assert!(advise(Ok(()), "nothing").is_ok());
-    }
-
-    #[test]
-    fn names_are_unique() {
-        let names: std::collections::BTreeSet<_> = Estimator::ALL.iter().map(|estimator| estimator.name()).collect();
-        assert_eq!(names.len(), Estimator::ALL.len());
     }
 }

@@ -1,11 +1,13 @@
 //! How many photons a leaf of the photon map holds: T_auto of Fabianowski and Dingliana 2009, section 5.3.
 
-use super::plan::{Content, PhotonBudget, plan_survey};
+use super::budget::PhotonBudget;
+use super::content::Content;
+use super::plan::plan_survey;
 use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::lbvh::COUNTED_LEAF;
-use crate::render::settings::PhotonBuild;
+use crate::render::settings::{LEAST_LEAF, PhotonBuild};
 use crate::scene::Scene;
 
 /// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
@@ -17,10 +19,6 @@ fn leaf_per_coverage(build: PhotonBuild) -> f64 {
     }
 }
 
-/// Smaller leaves never were faster: neighbouring pixels walk the tree together, and a node costs them more than a few
-/// photons.
-pub const LEAST: u32 = 8;
-
 /// Photons of the largest class in a survey.
 const SURVEY_PHOTONS: u32 = 4096;
 
@@ -28,7 +26,7 @@ const SURVEY_PHOTONS: u32 = 4096;
 /// two, within what serves well.
 pub fn automatic(coverage: f64, build: PhotonBuild) -> u32 {
     let wanted = leaf_per_coverage(build) * coverage;
-    let mut leaf = LEAST;
+    let mut leaf = LEAST_LEAF;
     // The nearest power of two by ratio; NaN, where nothing has an area, stays at the least.
     while leaf < COUNTED_LEAF && wanted > f64::from(leaf) * std::f64::consts::SQRT_2 {
         leaf *= 2;
@@ -88,11 +86,11 @@ mod tests {
         let linear = |coverage| automatic(coverage, PhotonBuild::Linear);
         let sizes: Vec<u32> = (-4..20).map(|i| linear(2f64.powi(i))).collect();
         assert!(sizes.is_sorted() && sizes.iter().all(|size| size.is_power_of_two()));
-        assert_eq!((sizes[0], sizes[23]), (LEAST, COUNTED_LEAF));
+        assert_eq!((sizes[0], sizes[23]), (LEAST_LEAF, COUNTED_LEAF));
         assert_eq!([11.0, 11.5].map(|leaf| linear(leaf / 0.4)), [8, 16]);
         assert_eq!([11.0, 11.5].map(|leaf| automatic(leaf, PhotonBuild::Vvh)), [8, 16]);
         for odd in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
-            assert_eq!(linear(odd), LEAST);
+            assert_eq!(linear(odd), LEAST_LEAF);
         }
         assert_eq!(linear(f64::INFINITY), COUNTED_LEAF);
     }

@@ -1,14 +1,13 @@
 //! Light tracing (`Method::Light`): the photons of a pass, whose places are connected to the camera instead of gathered.
 
-use super::plan::Content;
-use super::sampling::Sampling;
+use super::content::Content;
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::kernels::light::{Splats, connect};
 use crate::kernels::photon::Deposits;
 use crate::kernels::scene_data::SceneBuffers;
-use crate::render::scene::upload::device_camera;
-use crate::render::settings::{Method, Settings};
+use crate::render::scene::camera::device_camera;
+use crate::render::settings::{Method, Sampling, Settings};
 
 /// Refuses settings that light tracing has no meaning for.
 ///

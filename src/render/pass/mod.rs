@@ -1,6 +1,9 @@
 //! One pass: what it declares, how it is recorded, and its parts.
 
+pub mod budget;
+pub mod content;
 pub mod estimator;
+pub mod film_state;
 pub mod host_map;
 pub mod leaf_size;
 pub mod light;

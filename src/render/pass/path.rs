@@ -1,7 +1,7 @@
 //! The methods beside photon mapping: what each puts into a band of the film.
 
+use super::content::Content;
 use super::light;
-use super::plan::Content;
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::kernels::eye::View;

@@ -1,86 +1,24 @@
 //! One pass, top to bottom: photons, their map, and for each band of pixels eye paths, direct light, gather, film. Where the
 //! host builds the map, the same in two halves.
 
+use super::budget::PhotonBudget;
+use super::content::Content;
 use super::estimator::{self, Structure};
+use super::film_state::{BandFilm, FilmState};
 use super::host_map::HostMap;
-use super::light;
-use super::path;
-use crate::error::Result;
-use crate::graph::{Buf, Graph, Input, Persistent, Plan, Readback};
+use super::{light, path};
+use crate::graph::{Buf, Graph, Input, Plan, Readback};
 use crate::kernels::eye::{self, EyeSettings};
-use crate::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
+use crate::kernels::film::{self, Adding, FilmBuffers, PassResult};
 use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::photon::{self, Deposits, Emission};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::render::scene::memory::Memory;
-use crate::render::scene::upload::{DeviceScene, device_camera};
-use crate::render::settings::{Method, Record, Settings};
-use crate::scene::Scene;
-
-/// Path slots of one band: bounds the memory of eye paths whatever the image size, and keeps every buffer far below
-/// the smallest binding limit.
-const BAND_SLOTS: u32 = 1 << 19;
-
-/// Most pixels of a band: its layer sums stay below the smallest binding limit, 128 MiB.
-const BAND_PIXELS: u32 = (1 << 27) / (16 * LAYER_SUMS);
+use crate::render::scene::camera::device_camera;
+use crate::render::settings::{Method, Record};
 
 /// Shadow rays per eye hit and pass, where there is more than one direction to choose.
 const SHADOW_RAYS: u32 = 4;
-
-/// Film of one band of pixels.
-pub struct BandFilm {
-    pub first_pixel: u32,
-    pub pixels: u32,
-    pub film: Persistent<[u32; 4]>,
-    pub layers: Persistent<[u32; 4]>,
-}
-
-/// Memory that outlives passes.
-pub struct FilmState {
-    pub bands: Vec<BandFilm>,
-    pub rejected: Persistent<u32>,
-}
-
-impl FilmState {
-    pub fn new(memory: Memory<'_>, settings: &Settings, slots: u32) -> Result<Self> {
-        let per_band = (BAND_SLOTS / slots).clamp(1, BAND_PIXELS);
-        let mut bands = Vec::new();
-        let mut first_pixel = 0;
-        while first_pixel < settings.pixels() {
-            let pixels = per_band.min(settings.pixels() - first_pixel);
-            bands.push(BandFilm {
-                first_pixel,
-                pixels,
-                film: memory.zeroed("film", pixels * FILM_SUMS)?,
-                layers: memory.zeroed("film_layers", if settings.layers { pixels * LAYER_SUMS } else { 1 })?,
-            });
-            first_pixel += pixels;
-        }
-        Ok(Self { bands, rejected: memory.zeroed("rejected", 1)? })
-    }
-
-    /// Size in bytes.
-    pub fn bytes(&self) -> u64 {
-        self.bands.iter().map(|band| band.film.bytes() + band.layers.bytes()).sum::<u64>() + self.rejected.bytes()
-    }
-}
-
-/// Which photons a pass emits.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PhotonBudget {
-    pub emissions: Vec<Emission>,
-    /// Deposits that the map has room for.
-    pub capacity: u32,
-}
-
-/// A scene, on the host and on the device, and how it is rendered.
-#[derive(Clone, Copy)]
-pub struct Content<'a> {
-    pub scene: &'a Scene,
-    pub device: &'a DeviceScene,
-    pub settings: &'a Settings,
-}
 
 /// A pass or a half of it, planned.
 pub struct Planned {
@@ -103,11 +41,6 @@ pub struct Reports {
     pub gathered: Vec<Readback<[f32; 4]>>,
     /// The deposits, where they are wanted.
     pub photons: Option<Readback<Photon>>,
-}
-
-/// Path slots per pixel: splitting needs them only where paths can go on after their first surface.
-pub fn slots_per_pixel(device: &DeviceScene, settings: &Settings) -> u32 {
-    if device.variant.glossy && settings.method != Method::Path { 4 } else { 1 }
 }
 
 /// [`photon::trace`] or [`photon::trace_vertices`].
@@ -146,7 +79,7 @@ fn bands(
     state: &FilmState,
 ) -> Reports {
     let Content { scene, device, settings } = content;
-    let slots = slots_per_pixel(device, settings);
+    let slots = content.slots();
     let mut reports = Reports::default();
     let mut rejected = g.import(&state.rejected);
     for band in &state.bands {

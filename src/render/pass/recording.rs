@@ -2,15 +2,16 @@
 
 use std::time::Instant;
 
-use super::estimator::Estimator;
+use super::budget::PhotonBudget;
+use super::content::Content;
+use super::film_state::FilmState;
 use super::host_map::HostMap;
-use super::leaf_size;
-use super::plan::{Content, FilmState, PhotonBudget, Planned, Reports, plan, plan_photons, plan_picture};
+use super::plan::{Planned, Reports, plan, plan_photons, plan_picture};
 use crate::error::Result;
 use crate::graph::{Executable, Input, Readback, Runtime, Timing};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::render::scene::memory::Memory;
-use crate::render::settings::{Method, PhotonBuild};
+use crate::render::settings::{Estimator, Method, PhotonBuild};
 
 /// Name of the host's work among the scopes of a pass.
 const HOST_SCOPE: &str = "photon map";
@@ -69,7 +70,7 @@ impl Recording {
         let (photons, boxes) = plan_photons(content, budget, &map);
         recording.add(photons)?;
         recording.add(plan_picture(content, &map, state))?;
-        let leaf_items = settings.leaf_photons.unwrap_or(leaf_size::LEAST);
+        let leaf_items = settings.leaf_size();
         recording.between = Some(Between { map, boxes, leaf_items, seconds: 0.0 });
         Ok(recording)
     }

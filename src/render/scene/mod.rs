@@ -1,5 +1,6 @@
 //! The scene in device memory.
 
+pub mod camera;
 mod casters;
 mod lights;
 pub mod memory;

@@ -8,13 +8,12 @@ use crate::error::{Error, Result};
 use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::{
-    BvhNode, BvhTriangle, Camera, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
+    BvhNode, BvhTriangle, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::render::settings::Settings;
 use crate::scene::frame::Bounds;
 use crate::scene::needs::{FOLLOWED_ROUGHNESS, is_specular};
-use crate::scene::{Material, Needs, Projection, Scene};
+use crate::scene::{Material, Needs, Scene};
 
 /// A scene in device memory.
 #[derive(Clone)]
@@ -259,31 +258,4 @@ fn has_smooth_normals(scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool
     let g = &scene.geometry;
     let chosen: Vec<bool> = scene.materials.iter().map(chosen).collect();
     g.material.iter().enumerate().any(|(id, m)| chosen[*m as usize] && !is_flat(g, id as u32))
-}
-
-/// The camera as the kernels read it.
-pub fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> Camera {
-    let camera = &scene.cameras[settings.camera];
-    let (width, height) = (settings.width as f32, settings.height as f32);
-    let (half_width, half_height, orthographic) = match camera.projection {
-        Projection::Perspective { yfov, .. } => {
-            let half = (0.5 * yfov).tan();
-            (half * width / height, half, 0)
-        }
-        Projection::Orthographic { xmag: _, ymag } => (ymag * width / height, ymag, 1),
-    };
-    Camera {
-        position: camera.position,
-        width: settings.width,
-        right: camera.right.map(|x| x * half_width),
-        height: settings.height,
-        up: camera.up.map(|x| x * half_height),
-        orthographic,
-        forward: camera.forward,
-        slots,
-        first_pixel: 0,
-        pixels: 0,
-        lens_radius: settings.lens.map_or(0.0, |lens| lens.radius),
-        inverse_focus: settings.lens.map_or(0.0, |lens| 1.0 / lens.focus),
-    }
 }

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use crate::film::error_estimate::{Bias, Model};
 use crate::kernels::photon::Emission;
-use crate::render::pass::plan::PhotonBudget;
+use crate::kernels::photon::Footprint;
+use crate::render::pass::budget::PhotonBudget;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Method, Settings};
-use crate::render::{Estimator, Footprint, Sampling, Scale};
+use crate::render::settings::{Estimator, Method, Sampling, Scale, Settings};
 
 /// Of a render with these settings, which estimates light by `estimator`.
 pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {

@@ -1,7 +1,7 @@
 //! Memory of an estimator, read from plans: what grows with the photons, and what does not.
 
 use crate::graph::{Access, BufferKind, Plan};
-use crate::render::pass::plan::PhotonBudget;
+use crate::render::pass::budget::PhotonBudget;
 
 /// Scopes of [`crate::render::pass::plan`] that belong to the estimator.
 const BUILD: &str = "photon map";

@@ -5,8 +5,7 @@ use sha2::{Digest, Sha256};
 use super::Statistics;
 use crate::film::film_file::{Identity, Totals, hex};
 use crate::kernels::photon::{COUNTERS, Footprint};
-use crate::render::pass::sampling::Sampling;
-use crate::render::settings::{Lens, Settings};
+use crate::render::settings::{Lens, Sampling, Settings};
 use crate::scene::{Environment, Geometry, Image, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.

@@ -17,15 +17,18 @@ use crate::film::film_file::Totals;
 use crate::film::image::Picture;
 use crate::graph::{Runtime, Timing};
 use crate::kernels::generated::{Pass, Photon};
-use crate::kernels::photon::{COUNTERS, Emission};
-use crate::render::pass::estimator::{self, Estimator};
+use crate::kernels::photon::COUNTERS;
+use crate::render::pass::budget::PhotonBudget;
+use crate::render::pass::content::Content;
+use crate::render::pass::estimator;
+use crate::render::pass::film_state::FilmState;
 use crate::render::pass::leaf_size;
 use crate::render::pass::path;
-use crate::render::pass::plan::{self, Content, FilmState, PhotonBudget, slots_per_pixel};
+use crate::render::pass::plan;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Lens, Method, Settings};
+use crate::render::settings::{Estimator, Lens, Method, Settings};
 use crate::scene::{Projection, Scene};
 
 /// Counts over all passes so far.
@@ -100,9 +103,9 @@ impl Session {
         if settings.lambert_estimate {
             (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
         }
-        let budget = budget(&device_scene, &settings);
-        let state = FilmState::new(Memory::Device(runtime), &settings, slots_per_pixel(&device_scene, &settings))?;
+        let budget = PhotonBudget::of(&device_scene, &settings);
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
+        let state = FilmState::new(Memory::Device(runtime), content)?;
         let has_tree = settings.method == Method::Photons
             && !budget.emissions.is_empty()
             && settings.estimator_on(device_scene.device_class) == Estimator::Bvh;
@@ -387,37 +390,4 @@ fn check_lens(scene: &Scene, settings: &Settings) -> Result<()> {
         return Ok(());
     }
     Err(Error::Usage(format!("a lens of radius {radius} focused at {focus}: both must be finite and positive")))
-}
-
-/// Photons of a pass: none by path tracing and without lights or surfaces, caustic ones only where something can focus light.
-pub fn budget(device: &DeviceScene, settings: &Settings) -> PhotonBudget {
-    let total = settings.photon_count();
-    let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
-    if none || settings.method == Method::Path {
-        return PhotonBudget { emissions: vec![], capacity: 0 };
-    }
-    let global = |count: u32| Emission {
-        count,
-        caustic: false,
-        smoothing: settings.global_smoothing,
-        max_bounces: settings.photon_bounces,
-        footprint: settings.footprint,
-        largest: settings.largest_footprint,
-    };
-    let caustic_count = total / 2;
-    let emissions = if device.caster_count > 0 && caustic_count > 0 {
-        let caustic = Emission {
-            count: caustic_count,
-            caustic: true,
-            smoothing: settings.caustic_smoothing,
-            max_bounces: settings.photon_bounces.min(settings.eye_depth),
-            footprint: settings.footprint,
-            largest: settings.largest_footprint,
-        };
-        vec![caustic, global(total - caustic_count)]
-    } else {
-        vec![global(total)]
-    };
-    let capacity = u64::from(total) * 2;
-    PhotonBudget { emissions, capacity: capacity.min(u64::from(device.most_deposits)) as u32 }
 }

@@ -1,10 +1,12 @@
 //! What a pass consists of, and what a scene saves by what it does not need. Only plans are made: no device is asked.
 
-use super::budget;
 use crate::error::Result;
 use crate::graph::{BufferKind, DeviceClass, Operation, Plan};
 use crate::kernels::scene_data::Variant;
-use crate::render::pass::plan::{self, Content, FilmState, slots_per_pixel};
+use crate::render::pass::budget::PhotonBudget;
+use crate::render::pass::content::Content;
+use crate::render::pass::film_state::FilmState;
+use crate::render::pass::plan;
 use crate::render::scene::memory::Memory;
 use crate::render::scene::upload::DeviceScene;
 use crate::render::settings::Settings;
@@ -54,9 +56,9 @@ impl Outline {
     }
 
     fn of(scene: &Scene, device: &DeviceScene, settings: &Settings) -> Result<Self> {
-        let state = FilmState::new(Memory::Nowhere(device.device_class), settings, slots_per_pixel(device, settings))?;
         let content = Content { scene, device, settings };
-        let plan = plan::plan(content, &budget(device, settings), &state).plan;
+        let state = FilmState::new(Memory::Nowhere(device.device_class), content)?;
+        let plan = plan::plan(content, &PhotonBudget::of(device, settings), &state).plan;
         let inputs = plan
             .buffers
             .iter()

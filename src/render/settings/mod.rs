@@ -1,37 +1,25 @@
 //! What a render needs to know besides the scene.
 
+mod estimator;
+mod lens;
+mod method;
 pub mod names;
+mod radius_schedule;
+mod sampling;
 
 use crate::graph::DeviceClass;
 use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
+
 pub use crate::kernels::records::Record;
-use crate::render::pass::estimator::Estimator;
-use crate::render::pass::sampling::Sampling;
+pub use estimator::{Estimator, PhotonBuild};
+pub use lens::Lens;
+pub use method::Method;
+pub use sampling::{Sampling, Scale};
 
-/// A thin lens: what lies in the plane at `focus` is sharp, a point at distance z is spread over a disc of radius
-/// `radius * |1 / focus - 1 / z|`, as a tangent of the angle of view (Potmesil and Chakravarty 1981).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lens {
-    /// Radius of the aperture in scene units, greater than 0.
-    pub radius: f32,
-    /// Distance of the sharp plane from the camera along the view axis in scene units, greater than 0.
-    pub focus: f32,
-}
-
-/// Half the height of a full-frame sensor, 24 mm, in metres, glTF's unit of length.
-const HALF_SENSOR: f32 = 0.012;
-
-impl Lens {
-    /// The lens that a photographer calls f/`number`, focused at `focus`, behind which a full-frame sensor (24 mm high)
-    /// sees the vertical field of view `yfov`, in radians. Lengths are in metres.
-    pub fn from_f_number(number: f32, focus: f32, yfov: f32) -> Self {
-        let image_distance = HALF_SENSOR / (0.5 * yfov).tan();
-        // The lens equation, 1 / f = 1 / image + 1 / object.
-        let focal_length = image_distance * focus / (image_distance + focus);
-        Self { radius: focal_length / (2.0 * number), focus }
-    }
-}
+/// Smaller leaves of the photon map never were faster: neighbouring pixels walk the tree together, and a node costs them
+/// more than a few photons.
+pub const LEAST_LEAF: u32 = 8;
 
 /// Settings of a session. The defaults suit every scene: none has to be tuned.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,32 +91,6 @@ pub struct Settings {
     pub read_photons: bool,
 }
 
-/// Methods of light transport. The last two are references for the first: unbiased in what they see, and slow.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Method {
-    /// Photon mapping.
-    #[default]
-    Photons,
-    /// Paths from the eye with next-event estimation and multiple importance sampling: cannot see caustics of lights without
-    /// extent, and those of small ones hardly.
-    Path,
-    /// Paths from the lights, connected to the camera: photons of the same classes, numbers and bounces as with
-    /// [`Self::Photons`], but no footprints, so no bias. What is seen by way of mirrors or glass has its emission and its direct
-    /// light only: light tracing cannot connect there. Needs a pinhole or a parallel camera.
-    Light,
-}
-
-/// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order of
-/// summation.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum PhotonBuild {
-    /// Morton order, on the device: built quickly.
-    #[default]
-    Linear,
-    /// Voxel volume heuristic, on the host: fewer nodes and photons are looked at, but photons go to the host and back.
-    Vvh,
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -172,68 +134,18 @@ impl Settings {
         self.width * self.height
     }
 
-    /// The estimator to use on a kind of device.
+    /// The estimator to use on a device of this class.
     pub fn estimator_on(&self, class: DeviceClass) -> Estimator {
         self.estimator.unwrap_or(Estimator::default_for(class))
+    }
+
+    /// Photons in a leaf of the photon map at most.
+    pub(in crate::render) fn leaf_size(&self) -> u32 {
+        self.leaf_photons.unwrap_or(LEAST_LEAF)
     }
 
     /// Photons emitted per pass over both classes: two per pixel within bounds, if not set.
     pub fn photon_count(&self) -> u32 {
         self.photons.unwrap_or_else(|| (self.pixels() * 2).clamp(1 << 16, 1 << 19))
-    }
-
-    /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1
-    /// to `index`, in closed form by the gamma function, so that any pass can be computed on its own.
-    pub fn radius_scale(&self, index: u64) -> f32 {
-        // prod_{k=1}^{i} (k + a)/(k + 1) = Gamma(i + 1 + a) / Gamma(1 + a) * Gamma(2) / Gamma(i + 2)
-        let i = index as f64;
-        let log_ratio = ln_gamma(i + 1.0 + self.alpha) - ln_gamma(1.0 + self.alpha) - ln_gamma(i + 2.0);
-        (0.5 * log_ratio).exp() as f32
-    }
-}
-
-/// Natural logarithm of the gamma function for x >= 1: Stirling's series after moving the argument beyond 16.
-fn ln_gamma(x: f64) -> f64 {
-    let mut shift = 0.0;
-    let mut x = x;
-    while x < 16.0 {
-        shift += x.ln();
-        x += 1.0;
-    }
-    let (inverse, square) = (1.0 / x, 1.0 / (x * x));
-    let series = inverse * (1.0 / 12.0 - square * (1.0 / 360.0 - square * (1.0 / 1260.0 - square / 1680.0)));
-    (x - 0.5) * x.ln() - x + 0.5 * (2.0 * std::f64::consts::PI).ln() + series - shift
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn f_numbers_are_those_of_a_full_frame_camera() {
-        // 50 mm focused far away: half the height of 12 mm at 50 mm; f/2 is then 25 mm wide.
-        let yfov = 2.0 * (0.012f32 / 0.05).atan();
-        let far = Lens::from_f_number(2.0, 1e6, yfov);
-        assert!((far.radius - 0.0125).abs() < 1e-6, "{far:?}");
-        // At 0.1 m (twice the focal length of 33.3 mm, the image at 50 mm) 1 / f = 20 + 10.
-        let near = Lens::from_f_number(2.0, 0.1, yfov);
-        assert!((near.radius - 0.1 / 3.0 / 4.0).abs() < 1e-6, "{near:?}");
-    }
-
-    /// Case 25 of the extreme cases: the closed form equals the product in double precision.
-    #[test]
-    fn radius_schedule_equals_the_product() {
-        let settings = Settings::default();
-        let mut squared = 1.0f64;
-        for index in 0..1_000_001u64 {
-            if index > 0 {
-                squared *= (index as f64 + settings.alpha) / (index as f64 + 1.0);
-            }
-            if index < 100 || index % 99_991 == 0 || index == 1_000_000 {
-                let relative = f64::from(settings.radius_scale(index)) / squared.sqrt() - 1.0;
-                assert!(relative.abs() < 1e-6, "pass {index}: off by {relative}");
-            }
-        }
-        assert!((f64::from(settings.radius_scale(10)) - squared.sqrt()).abs() > 1e-3, "the check can fail");
     }
 }

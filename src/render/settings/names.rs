@@ -1,7 +1,8 @@
 //! Settings as they are written, on the command line and in the file of a study.
 
+use super::sampling::{Sampling, Scale};
 use crate::error::{Error, Result};
-use crate::render::{Footprint, Sampling, Scale};
+use crate::kernels::photon::Footprint;
 use crate::scene::Scene;
 
 /// Picture size in pixels.

@@ -1,0 +1,116 @@
+//! The names of the density estimators, and of who builds the photon map.
+
+use crate::error::{Error, Result};
+use crate::graph::DeviceClass;
+use crate::kernels::records::Record;
+
+/// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
+/// picture; they differ in time and memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// A bounding-volume hierarchy over the photons' footprints (Fabianowski and Dingliana 2009).
+    Bvh,
+    /// A grid of cells in a hash table, one for each size of footprint (after Mara, Luebke and McGuire 2013).
+    Hash,
+    /// Lists of photons per tile of the image (Mara, Luebke and McGuire 2013); a hierarchy behind mirrors and glass.
+    Tiled,
+    /// A polygon drawn around each photon's outline in the picture (Mara, Luebke and McGuire 2013).
+    Bounds25d,
+    /// An icosahedron drawn around each photon (same).
+    Bounds3d,
+    /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
+    /// than k footprints overlap.
+    Knn,
+    /// Every photon at every eye hit: slow, the answer that the others must give.
+    Brute,
+}
+
+impl Estimator {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Bvh, Self::Tiled, Self::Hash, Self::Bounds25d, Self::Bounds3d, Self::Knn, Self::Brute];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bvh => "bvh",
+            Self::Hash => "hash",
+            Self::Knn => "knn",
+            Self::Tiled => "tiled",
+            Self::Bounds25d => "bounds25d",
+            Self::Bounds3d => "bounds3d",
+            Self::Brute => "brute",
+        }
+    }
+
+    /// What it is, for the command line.
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Bvh => "Bounding-volume hierarchy over the footprints",
+            Self::Hash => "Hash grid, a level of cells for each size of footprint",
+            Self::Knn => {
+                "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
+            }
+            Self::Tiled => "Lists of photons per tile of the image; hits behind mirrors and glass by bvh",
+            Self::Bounds25d => {
+                "A polygon drawn around each photon, for a device that rasterises; what mirrors and glass show is \
+                 gathered as by `bvh`"
+            }
+            Self::Bounds3d => "An icosahedron drawn around each photon, otherwise as `bounds25d`",
+            Self::Brute => "Every photon at every hit: for small scenes, the answer that the others must give",
+        }
+    }
+
+    /// Whether it goes through lists of photons, of which a part can be skipped (`--sampling stochastic`).
+    pub fn walks(self) -> bool {
+        match self {
+            Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
+            Self::Knn | Self::Bounds25d | Self::Bounds3d => false,
+        }
+    }
+
+    /// Whether it can gather from records of this kind.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it cannot.
+    pub fn check_record(self, record: Record) -> Result<()> {
+        let advice = match (self, record) {
+            (_, Record::Full) | (Self::Hash | Self::Tiled, _) | (Self::Bvh, Record::Packed20) => return Ok(()),
+            (Self::Bvh, Record::Packed12) => {
+                "it has no cells for positions to be relative to; use --photon-record 20, or hash or tiled"
+            }
+            (Self::Knn | Self::Brute | Self::Bounds25d | Self::Bounds3d, _) => {
+                "it reads photons in full only; use --photon-record full, or bvh, hash or tiled"
+            }
+        };
+        let (name, bytes) = (self.name(), record.code());
+        Err(Error::Usage(format!("--photon-record {bytes} with --estimator {name}: {advice}")))
+    }
+
+    /// The fastest of them on a device of this class, as measured (ARCHITECTURE.md).
+    pub fn default_for(_class: DeviceClass) -> Self {
+        Self::Bvh
+    }
+}
+
+/// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order of
+/// summation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PhotonBuild {
+    /// Morton order, on the device: built quickly.
+    #[default]
+    Linear,
+    /// Voxel volume heuristic, on the host: fewer nodes and photons are looked at, but photons go to the host and back.
+    Vvh,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique() {
+        let names: std::collections::BTreeSet<_> = Estimator::ALL.iter().map(|estimator| estimator.name()).collect();
+        assert_eq!(names.len(), Estimator::ALL.len());
+    }
+}
