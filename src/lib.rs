@@ -3,12 +3,14 @@
 
 pub mod bench;
 pub mod cli;
+pub mod compare;
 pub mod draw_state;
 pub mod error;
 pub mod film;
 pub mod fit;
 pub mod graph;
 pub mod kernels;
+pub mod picture;
 pub mod plot;
 pub mod render;
 pub mod scene;

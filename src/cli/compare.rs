@@ -6,13 +6,13 @@ use clap::{Args, ValueEnum};
 
 use super::compare_limits::{self, Limit};
 use super::compare_report::{Comparison, HeatMap};
+use crate::compare::flip::{self, PIXELS_PER_DEGREE};
+use crate::compare::heat_map::{self, Scale};
+use crate::compare::metrics::{self, block_means, compare};
 use crate::error::{Error, Result};
-use crate::film::exr;
-use crate::film::flip::{self, PIXELS_PER_DEGREE};
-use crate::film::heat_map::{self, Scale};
-use crate::film::image::Picture;
-use crate::film::metrics::{self, block_means, compare};
-use crate::film::output::{Destination, Format, Output};
+use crate::picture::exr;
+use crate::picture::image::Picture;
+use crate::picture::output::{Destination, Format, Output};
 
 const EXAMPLES: &str = "\
 Examples:

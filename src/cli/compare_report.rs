@@ -4,10 +4,10 @@ use clap::ValueEnum;
 
 use super::compare::HeatMapOf;
 use super::compare_limits::{Limit, Metric};
+use crate::compare::flip::{Exposures, Flip};
+use crate::compare::heat_map::Scale;
+use crate::compare::metrics::{self, Metrics};
 use crate::error::{Error, Result};
-use crate::film::flip::{Exposures, Flip};
-use crate::film::heat_map::Scale;
-use crate::film::metrics::{self, Metrics};
 
 /// The difference between two pictures. The names are those of the JSON.
 #[derive(Debug, serde::Serialize)]
@@ -138,9 +138,9 @@ impl HeatMap {
 mod tests {
     use super::super::compare_limits::limit;
     use super::*;
-    use crate::film::flip;
-    use crate::film::image::{Channels, Picture};
-    use crate::film::metrics::compare;
+    use crate::compare::flip;
+    use crate::compare::metrics::compare;
+    use crate::picture::image::{Channels, Picture};
 
     fn comparison(value: f32) -> Comparison {
         let picture = |value: f32| {

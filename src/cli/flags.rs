@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::values::{self, Aov, Bsdf, Size};
-use crate::film::tonemap::Curve;
+use crate::picture::tonemap::Curve;
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
 
 /// Where results go.

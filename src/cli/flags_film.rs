@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{check_readable, values};
 use crate::error::Result;
-use crate::film::output::Destination;
+use crate::picture::output::Destination;
 
 /// Keeping the film of a render.
 #[derive(Debug, Clone, Args)]

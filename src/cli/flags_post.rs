@@ -2,11 +2,11 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::film::post::bloom::Bloom;
-use crate::film::post::display::Display;
-use crate::film::post::grade::Cdl;
-use crate::film::post::ssao::Ssao;
-use crate::film::tonemap::ToneMap;
+use crate::picture::post::bloom::Bloom;
+use crate::picture::post::display::Display;
+use crate::picture::post::grade::Cdl;
+use crate::picture::post::ssao::Ssao;
+use crate::picture::tonemap::ToneMap;
 
 /// Size of an aperture.
 #[derive(Debug, Clone, Copy, PartialEq)]

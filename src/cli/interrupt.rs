@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, Result};
-use crate::film::output::remove_unfinished;
+use crate::picture::output::remove_unfinished;
 
 /// Set by the first Ctrl-C (or SIGTERM, SIGHUP).
 static STOP: AtomicBool = AtomicBool::new(false);

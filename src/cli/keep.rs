@@ -6,11 +6,11 @@ use std::time::Instant;
 use super::flags_film::FilmOrder;
 use super::render::Watch;
 use crate::error::{Error, Result};
-use crate::film::exr::Metadata;
 use crate::film::film_file::{self, Difference, FilmFile, Identity, Packing, Totals};
-use crate::film::image::Picture;
-use crate::film::output::Destination;
 use crate::graph::Runtime;
+use crate::picture::exr::Metadata;
+use crate::picture::image::Picture;
+use crate::picture::output::Destination;
 use crate::render::Session;
 
 /// The order of passes of a render, and what is kept of them.

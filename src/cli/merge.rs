@@ -9,10 +9,10 @@ use super::progress::{Limit, Progress, Status};
 use super::{check_readable, keep, print, values};
 use crate::error::{Error, Result};
 use crate::film::accumulate::PassSet;
-use crate::film::exr::{Metadata, Value};
 use crate::film::film_file::{self, About, Difference, FilmFile, Packing};
-use crate::film::output::{Format, Output};
-use crate::film::tonemap::{Curve, ToneMap};
+use crate::picture::exr::{Metadata, Value};
+use crate::picture::output::{Format, Output};
+use crate::picture::tonemap::{Curve, ToneMap};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -13,11 +13,11 @@ use super::stop::{DEFAULT_TARGET, Outcome};
 use super::values::Aov;
 use super::{check_readable, engine, interrupt, keep, print};
 use crate::error::{Error, Result};
-use crate::film::exr::{Metadata, RenderInfo};
 use crate::film::film_file::{FilmFile, Packing};
-use crate::film::image::Picture;
-use crate::film::output::{Destination, Format, Output};
-use crate::film::tonemap::ToneMap;
+use crate::picture::exr::{Metadata, RenderInfo};
+use crate::picture::image::Picture;
+use crate::picture::output::{Destination, Format, Output};
+use crate::picture::tonemap::ToneMap;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -285,9 +285,9 @@ mod tests {
     use super::*;
     use crate::cli::stop::Stop;
     use crate::cli::values::Size;
-    use crate::film::exr;
-    use crate::film::image::Channels;
-    use crate::film::tonemap::Curve;
+    use crate::picture::exr;
+    use crate::picture::image::Channels;
+    use crate::picture::tonemap::Curve;
     use crate::render::Weight;
     use clap::Parser;
     use std::fs;

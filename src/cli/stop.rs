@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::progress::{Limit, Status};
 use crate::film::error_estimate::ErrorEstimate;
-use crate::film::exr::{Metadata, Value};
+use crate::picture::exr::{Metadata, Value};
 
 /// Target where neither error nor time nor passes are given.
 pub const DEFAULT_TARGET: f64 = 0.01;

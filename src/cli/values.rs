@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
-use crate::film::tonemap::Curve;
+use crate::picture::tonemap::Curve;
 pub use crate::render::names::{
     FootprintRule, Size, choose_camera, footprint, largest_footprint, sampling, size, smoothing,
 };

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::exact::ExactSum;
-use super::image::{Channels, Picture};
 use crate::error::{Error, Result};
+use crate::picture::image::{Channels, Picture};
 
 /// Sums per pixel: value, square, value times squared footprint scale, three channels each.
 pub const SUMS: usize = 9;

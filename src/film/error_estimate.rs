@@ -23,8 +23,8 @@
 
 use super::accumulate::{Film, PassSet, SUMS};
 use super::exact::ExactSum;
-use super::metrics::TRIM;
-use super::quantiles;
+use crate::compare::metrics::TRIM;
+use crate::compare::quantiles;
 
 /// What is known about the bias of a film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,10 +123,11 @@ impl Number {
 pub struct ErrorEstimate {
     /// What of the bias is in it.
     pub bias: Bias,
-    /// Estimated root of the mean over pixels of the squared relative error, like the root of [`super::metrics::Metrics::relmse_trimmed`]
-    /// for pictures of mean luminance one: a pixel's error counts against its value and a tenth of the picture's mean
-    /// luminance, whichever is more, and the worst 0.1 % of the pixels are left out. The mean, not the median, because a median
-    /// calls a picture finished whose caustics, a tenth of its pixels, are not. What no pass has seen is not in it.
+    /// Estimated root of the mean over pixels of the squared relative error, like the root of
+    /// [`crate::compare::metrics::Metrics::relmse_trimmed`] for pictures of mean luminance one: a pixel's error counts
+    /// against its value and a tenth of the picture's mean luminance, whichever is more, and the worst 0.1 % of the
+    /// pixels are left out. The mean, not the median, because a median calls a picture finished whose caustics, a tenth
+    /// of its pixels, are not. What no pass has seen is not in it.
     ///
     /// `None` where it is unknown: for fewer than two passes, and for a picture that is black so far.
     pub relative: Option<f64>,

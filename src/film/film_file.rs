@@ -17,9 +17,9 @@ use sha2::{Digest, Sha256};
 
 use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
-use super::exr::{self, Metadata, Value};
-use super::image::Picture;
 use crate::error::{Error, Result};
+use crate::picture::exr::{self, Metadata, Value};
+use crate::picture::image::Picture;
 
 /// Changes whenever the meaning of the channels or of [`About`] does.
 const FORMAT: u32 = 1;
@@ -372,7 +372,7 @@ fn gather<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::image::Channels;
+    use crate::picture::image::Channels;
     use proptest::prelude::*;
     use std::io::Cursor;
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::record::{Budget, Record, TrueError};
+use crate::compare::flip::{self, PIXELS_PER_DEGREE};
+use crate::compare::metrics;
 use crate::error::{Error, Result};
-use crate::film::flip::{self, PIXELS_PER_DEGREE};
-use crate::film::image::Picture;
-use crate::film::metrics;
 use crate::graph::Runtime;
+use crate::picture::image::Picture;
 use crate::render::{Session, Settings};
 use crate::scene::{Needs, Scene};
 

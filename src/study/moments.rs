@@ -1,6 +1,6 @@
 //! Bias and variance of pictures over many seeds.
 
-use crate::film::metrics::RELMSE_FLOOR;
+use crate::compare::metrics::RELMSE_FLOOR;
 
 /// Mean and sum of squared deviations per number of a picture, updated picture by picture (Welford 1962).
 #[derive(Debug, Clone, Default)]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::record::{Budget, Decomposition, Peer, Record, Results};
 use crate::error::{Error, Result};
-use crate::film::output::Destination;
+use crate::picture::output::Destination;
 
 /// Columns of `results.csv` before those of the time split.
 pub const RECORD_COLUMNS: [&str; 17] = [

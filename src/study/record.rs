@@ -47,7 +47,7 @@ pub enum Budget {
     Passes(u64),
 }
 
-/// Measures of the difference between a picture and its reference, as in [`crate::film::metrics::Metrics`].
+/// Measures of the difference between a picture and its reference, as in [`crate::compare::metrics::Metrics`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrueError {
     /// Mean of (x - r)^2.

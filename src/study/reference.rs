@@ -6,11 +6,11 @@ use super::config::{Reference, ReferenceRender, SceneEntry};
 use super::measure::Meter;
 use super::store::Fingerprint;
 use crate::error::{Error, Result};
-use crate::film::exr::{self, RenderInfo};
-use crate::film::image::Picture;
-use crate::film::output::Output;
-use crate::film::tonemap::ToneMap;
 use crate::graph::Runtime;
+use crate::picture::exr::{self, RenderInfo};
+use crate::picture::image::Picture;
+use crate::picture::output::Output;
+use crate::picture::tonemap::ToneMap;
 use crate::render::Settings;
 use crate::scene::Scene;
 

@@ -10,11 +10,11 @@ use super::record::{Decomposition, Record, Results};
 use super::reference::file_name;
 use super::store::Entry;
 use crate::error::{Error, Result};
-use crate::film::exr::RenderInfo;
-use crate::film::image::Picture;
-use crate::film::output::Output;
-use crate::film::tonemap::ToneMap;
 use crate::graph::Runtime;
+use crate::picture::exr::RenderInfo;
+use crate::picture::image::Picture;
+use crate::picture::output::Output;
+use crate::picture::tonemap::ToneMap;
 use crate::render::Settings;
 
 /// Whoever looks on.

@@ -1,6 +1,6 @@
 //! Statistics over seeds: quantiles, slopes with honest intervals, curves compared at equal time and at equal error.
 
-use crate::film::quantiles;
+use crate::compare::quantiles;
 use crate::fit::fit;
 
 /// Confidence of every interval in a report.

@@ -10,7 +10,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("shader", &[]),
     ("scene", &["error"]),
-    ("film", &["error"]),
+    ("picture", &["error"]),
+    ("compare", &["picture", "error"]),
+    ("film", &["picture", "compare", "error"]),
     ("draw_state", &[]),
     ("fit", &[]),
     ("plot", &[]),
@@ -25,12 +27,15 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::execute", &["graph::declare", "graph::execute_raster", "graph::plan", "graph::trace", "vk", "error"]),
     ("graph::execute_raster", &["graph::declare", "graph::draw", "graph::execute", "graph::plan", "vk", "error"]),
     ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
-    ("render", &["kernels", "graph", "scene", "film", "vk", "error"]),
+    ("render", &["kernels", "graph", "scene", "film", "picture", "vk", "error"]),
     ("bench", &["draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
     // A study opens sessions, which takes the graph's runtime.
-    ("study", &["fit", "plot", "render", "graph", "scene", "film", "error"]),
-    ("cli", &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "vk", "error"]),
-    ("viewer", &["render", "scene", "film", "vk", "error"]),
+    ("study", &["fit", "plot", "render", "graph", "scene", "picture", "compare", "error"]),
+    (
+        "cli",
+        &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "picture", "compare", "vk", "error"],
+    ),
+    ("viewer", &["render", "scene", "film", "picture", "vk", "error"]),
 ];
 
 /// Lines of a source file.
@@ -270,6 +275,8 @@ fn the_checker_of_layers_sees_each_way_to_break_them() {
         ("src/graph/plan.rs", "use super::Runtime;", 1),
         ("src/graph/declare.rs", "use crate::error::Error;", 1),
         ("src/scene/mod.rs", "use crate::kernels::generated::Light;", 1),
+        ("src/picture/mod.rs", "use crate::film::accumulate::Film;", 1),
+        ("src/compare/flip.rs", "use crate::film::accumulate::Film;", 1),
         ("src/film/mod.rs", "use crate::{\n    error::Result,\n    render::Session,\n};", 1),
         ("src/error.rs", "pub use crate::vk::Device;", 1),
         ("src/render/pass/plan.rs", "use crate::cli::Flags;", 1),

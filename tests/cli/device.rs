@@ -7,8 +7,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use nephroid::film::exr;
-use nephroid::film::image::Picture;
+use nephroid::picture::exr;
+use nephroid::picture::image::Picture;
 use serde_json::Value;
 
 use crate::support::{device, repository};

@@ -2,8 +2,8 @@
 //! elsewhere becomes a disc of known size, and no light is lost on the way.
 
 use nephroid::error::Error;
-use nephroid::film::post::defocus::Defocus;
-use nephroid::film::post::{Post, View};
+use nephroid::picture::post::defocus::Defocus;
+use nephroid::picture::post::{Post, View};
 use nephroid::render::{Lens, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Material, Scene};

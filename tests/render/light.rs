@@ -360,7 +360,7 @@ fn light_through_glass_as_by_late_photons() {
 fn reference(name: &str, size: [u32; 2], side: usize) -> Option<(Scene, Blocks)> {
     let folder = shared::path(&format!("scenes/{name}"))?;
     let file = folder.join("reference.exr");
-    let (picture, _) = nephroid::film::exr::read(&file).expect("a reference");
+    let (picture, _) = nephroid::picture::exr::read(&file).expect("a reference");
     let scene = load(&folder.join(format!("{name}.gltf")), &Limits::default()).expect("a scene");
     let factor = picture.width / size[0];
     assert_eq!([picture.width, picture.height], size.map(|n| n * factor), "a whole multiple");

@@ -4,8 +4,8 @@
 
 use std::f64::consts::PI;
 
-use nephroid::film::exr;
 use nephroid::film::ztest::{ZTest, z_test};
+use nephroid::picture::exr;
 use nephroid::render::{Lens, Method, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};

@@ -7,7 +7,7 @@ use nephroid::render::{Session, Settings, Statistics};
 use crate::support::device::runtime;
 
 /// Renders two passes of the measured scene; counts pairs if told to.
-fn render(runtime: &Runtime, count_pairs: bool) -> (nephroid::film::image::Picture, Statistics) {
+fn render(runtime: &Runtime, count_pairs: bool) -> (nephroid::picture::image::Picture, Statistics) {
     let settings = Settings { width: 24, height: 16, photons: Some(5000), count_pairs, ..Settings::default() };
     let mut session = Session::new(runtime, blobs(8, 16), settings).expect("a session");
     for index in 0..2 {

@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
+use nephroid::compare::metrics;
 use nephroid::error::Error;
-use nephroid::film::metrics;
 use nephroid::graph::Runtime;
 use nephroid::study::plan::Plan;
 use nephroid::study::record::{Budget, Results};
@@ -112,8 +112,8 @@ fn make_box(folder: &Path, runtime: &Runtime) {
     let mut session = Session::new(runtime, scene, settings).expect("a session");
     (0..4).for_each(|pass| session.run_pass(pass).expect("a pass"));
     std::fs::create_dir_all(folder.join("out")).expect("a folder");
-    let output = nephroid::film::output::Output::check(&folder.join("out/box.exr")).expect("writable");
-    let map = nephroid::film::tonemap::ToneMap::default();
+    let output = nephroid::picture::output::Output::check(&folder.join("out/box.exr")).expect("writable");
+    let map = nephroid::picture::tonemap::ToneMap::default();
     output.write(&session.picture().expect("a picture"), &Default::default(), map).expect("written");
 }
 
@@ -145,10 +145,10 @@ fn check_results(results: &Results, folder: &Path) {
     let order: Vec<_> = results.records.iter().step_by(3).map(|r| (r.seed, &*r.scene, &*r.variant)).collect();
     assert_eq!(order[..3], [(1, "ring", "narrow"), (1, "ring", "wide, slow"), (1, "box", "narrow")], "seeds outermost");
     let one = &results.records[2];
-    let picture = nephroid::film::exr::read(&folder.join("out/pictures/ring-narrow-1.exr")).expect("kept").0;
+    let picture = nephroid::picture::exr::read(&folder.join("out/pictures/ring-narrow-1.exr")).expect("kept").0;
     let references = std::fs::read_dir(folder.join("out/references")).expect("a folder");
     let reference = references.map(|entry| entry.expect("an entry").path()).next().expect("one reference");
-    let reference = nephroid::film::exr::read(&reference).expect("kept").0;
+    let reference = nephroid::picture::exr::read(&reference).expect("kept").0;
     assert_eq!(metrics::compare(&picture, &reference, "").expect("one size").relmse, one.error.relmse);
     assert_eq!(results.decompositions.len(), 2 * 2);
     for d in &results.decompositions {

@@ -2,7 +2,7 @@
 
 use nephroid::film::accumulate::Film;
 use nephroid::film::error_estimate::Model;
-use nephroid::film::image::Picture;
+use nephroid::picture::image::Picture;
 use nephroid::render::{Session, Settings, Statistics};
 use nephroid::scene::{self, Camera, Limits, Projection, Scene};
 

@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::film::png;
-use crate::film::tonemap::srgb_from_linear;
+use crate::picture::png;
+use crate::picture::tonemap::srgb_from_linear;
 
 /// Part of the pixels that a fitted scale shows without cutting them off.
 const SHOWN: f64 = 0.999;

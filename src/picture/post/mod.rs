@@ -15,7 +15,7 @@ mod rows;
 pub mod ssao;
 
 use crate::error::{Error, Result};
-use crate::film::image::{Channels, Picture};
+use crate::picture::image::{Channels, Picture};
 
 use bloom::Bloom;
 use defocus::Defocus;

@@ -7,8 +7,8 @@ use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use ::image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::{Error, Result};
-use crate::film::image::Picture;
-use crate::film::post::display::Display;
+use crate::picture::image::Picture;
+use crate::picture::post::display::Display;
 
 /// The sRGB chunk with rendering intent 0 (perceptual), length and CRC included. The encoder cannot write it.
 const SRGB_CHUNK: &[u8; 13] = b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9";
@@ -27,7 +27,7 @@ pub fn write(sink: impl Write, path: &Path, picture: &Picture, display: impl Int
 }
 
 /// Writes 8-bit sRGB as it is: `size` is width and height in pixels, `bytes` three to a pixel, rows from the top.
-pub(super) fn write_rgb8(mut sink: impl Write, path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<()> {
+pub(crate) fn write_rgb8(mut sink: impl Write, path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<()> {
     let mut encoded = Cursor::new(Vec::new());
     PngEncoder::new_with_quality(&mut encoded, CompressionType::Default, FilterType::Adaptive)
         .write_image(bytes, size[0], size[1], ExtendedColorType::Rgb8)
@@ -42,8 +42,8 @@ pub(super) fn write_rgb8(mut sink: impl Write, path: &Path, size: [u32; 2], byte
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::image::Channels;
-    use crate::film::tonemap::{Curve, ToneMap};
+    use crate::picture::image::Channels;
+    use crate::picture::tonemap::{Curve, ToneMap};
 
     const LINEAR: ToneMap = ToneMap { curve: Curve::Linear, exposure: 0.0 };
 

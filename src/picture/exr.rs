@@ -16,7 +16,7 @@ use ::exr::prelude::{
 };
 
 use crate::error::{Error, Result};
-use crate::film::image::{Channels, Layer, Picture};
+use crate::picture::image::{Channels, Layer, Picture};
 
 /// One number or text of a file's metadata.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +66,7 @@ impl RenderInfo {
 }
 
 /// Starts every attribute name of ours.
-pub(super) const PREFIX: &str = "nephroid.";
+pub(crate) const PREFIX: &str = "nephroid.";
 
 /// Writes a picture of at least one pixel and one layer. `path` only names the file in errors.
 ///
@@ -77,7 +77,7 @@ pub fn write(sink: impl Write + Seek, path: &Path, picture: &Picture, metadata: 
 }
 
 /// [`write`] with further channels of the same size.
-pub(super) fn write_channels(
+pub(crate) fn write_channels(
     sink: impl Write + Seek,
     path: &Path,
     (picture, metadata): (&Picture, &Metadata),
@@ -121,11 +121,11 @@ fn attribute(value: &Value) -> AttributeValue {
 }
 
 /// The crate takes characters for single bytes; OpenEXR wants UTF-8.
-pub(super) fn text(content: &str) -> Text {
+pub(crate) fn text(content: &str) -> Text {
     Text::from_bytes_unchecked(content.bytes().collect())
 }
 
-pub(super) fn string(text: &Text) -> String {
+pub(crate) fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
@@ -145,7 +145,7 @@ pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
 }
 
 /// The first part that is not deep, with all its channels.
-pub(super) fn decode(input: &mut BufReader<File>, path: &Path) -> Result<Part<AnyChannels<FlatSamples>>> {
+pub(crate) fn decode(input: &mut BufReader<File>, path: &Path) -> Result<Part<AnyChannels<FlatSamples>>> {
     let image = guarded(path, || {
         reader()
             .no_deep_data()
@@ -160,7 +160,7 @@ pub(super) fn decode(input: &mut BufReader<File>, path: &Path) -> Result<Part<An
 }
 
 /// A regular file and its length in bytes.
-pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
+pub(crate) fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     let io = |source| Error::io(path, "read", source);
     let file = File::open(path).map_err(io)?;
     let status = file.metadata().map_err(io)?;
@@ -172,7 +172,7 @@ pub(super) fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
 
 /// Refuses a header that announces more samples than the file can hold, before anything is allocated for them: no
 /// compression of OpenEXR goes beyond deflate's 1 : 1032.
-pub(super) fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()> {
+pub(crate) fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()> {
     const GREATEST_RATIO: u64 = 1032;
     let meta = guarded(path, || MetaData::read_from_buffered(input, false))?;
     for header in &meta.headers {
@@ -190,7 +190,7 @@ pub(super) fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) ->
 /// Runs the decoder and turns its errors and panics into ours. It is safe code that checks most of what it reads, but
 /// indexes and subtracts with sizes from the file in places, so that damaged input can make it panic. A panic leaves
 /// nothing behind but the reader and the picture, and both are dropped here.
-pub(super) fn guarded<T>(path: &Path, decode: impl FnOnce() -> ::exr::error::Result<T>) -> Result<T> {
+pub(crate) fn guarded<T>(path: &Path, decode: impl FnOnce() -> ::exr::error::Result<T>) -> Result<T> {
     thread_local!(static DECODING: Cell<bool> = const { Cell::new(false) });
     static QUIET: Once = Once::new();
     // The default hook would print to stderr, which a library must not do; other threads keep theirs.

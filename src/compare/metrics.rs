@@ -4,7 +4,7 @@
 //! the mean over all numbers. Trimming removes whole pixels, those with the worst error, so a firefly counts once.
 
 use crate::error::{Error, Result};
-use crate::film::image::{Layer, Picture};
+use crate::picture::image::{Layer, Picture};
 
 /// Added to the squared reference in [`Metrics::relmse`]: keeps black pixels from ruling the mean.
 pub const RELMSE_FLOOR: f64 = 0.01;
@@ -209,7 +209,7 @@ fn layer_block_means(picture: &Picture, layer: &Layer, block: usize, columns: us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::image::Channels;
+    use crate::picture::image::Channels;
 
     fn picture(width: u32, height: u32, data: Vec<f32>) -> Picture {
         let mut picture = Picture::new(width, height);

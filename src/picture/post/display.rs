@@ -2,8 +2,8 @@
 
 use super::antialias::smooth_edges;
 use super::grade::Cdl;
-use crate::film::image::Layer;
-use crate::film::tonemap::ToneMap;
+use crate::picture::image::Layer;
+use crate::picture::tonemap::ToneMap;
 
 /// From linear radiance to the numbers of a PNG. A [`ToneMap`] alone is one without the optional passes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,8 +49,8 @@ impl Display {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::image::Channels;
-    use crate::film::tonemap::Curve;
+    use crate::picture::image::Channels;
+    use crate::picture::tonemap::Curve;
 
     fn layer(data: Vec<f32>) -> Layer {
         Layer { name: String::new(), channels: Channels::Rgb, data }

@@ -13,10 +13,10 @@ use std::sync::{Mutex, PoisonError};
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
-use crate::film::exr::Metadata;
-use crate::film::image::Picture;
-use crate::film::post::display::Display;
-use crate::film::{exr, png, stale};
+use crate::picture::exr::Metadata;
+use crate::picture::image::Picture;
+use crate::picture::post::display::Display;
+use crate::picture::{exr, png, stale};
 
 /// Temporary files that exist at the moment, for [`remove_unfinished`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -214,8 +214,8 @@ impl Output {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::image::Channels;
-    use crate::film::tonemap::ToneMap;
+    use crate::picture::image::Channels;
+    use crate::picture::tonemap::ToneMap;
 
     fn folder() -> tempfile::TempDir {
         tempfile::tempdir().expect("a temporary folder")

@@ -9,10 +9,10 @@
 //!
 //! `tools/verify-flip` compares these numbers with those of the authors' program.
 
+use crate::compare::flip_filters::{Eye, Plane};
+use crate::compare::metrics::pair;
 use crate::error::{Error, Result};
-use crate::film::flip_filters::{Eye, Plane};
-use crate::film::image::{Channels, Picture};
-use crate::film::metrics::pair;
+use crate::picture::image::{Channels, Picture};
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
 
@@ -106,7 +106,7 @@ fn bright_input() -> f64 {
 /// is no colour.
 ///
 /// # Errors
-/// Those of [`crate::film::metrics::compare`].
+/// Those of [`crate::compare::metrics::compare`].
 pub fn ldr(picture: &Picture, reference: &Picture, name: &str, pixels_per_degree: f64) -> Result<Option<Flip>> {
     Ok(Evaluator::new([picture, reference], name, pixels_per_degree)?.map(|evaluator| {
         let map = evaluator.difference(|channel| channel.clamp(0.0, 1.0));
@@ -118,7 +118,7 @@ pub fn ldr(picture: &Picture, reference: &Picture, name: &str, pixels_per_degree
 /// pixel that is not finite in the picture has the difference 1. None for a layer that is no colour.
 ///
 /// # Errors
-/// Those of [`crate::film::metrics::compare`].
+/// Those of [`crate::compare::metrics::compare`].
 pub fn hdr(
     picture: &Picture,
     reference: &Picture,
