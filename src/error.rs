@@ -1,7 +1,7 @@
 //! Typed errors: the call or file, the object, the cause.
 //!
-//! The library never prints, exits or panics on input; it returns an [`Error`].
-//! `main` turns it into one sentence and the exit code of [`Error::exit_code`].
+//! The library never prints, exits or panics on input; it returns an [`Error`]. An error names causes, and settings by
+//! their fields. It never names flags of the command line, which adds them as advice.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,8 +12,15 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// Everything that can go wrong because of input or environment.
 #[derive(Debug)]
 pub enum Error {
-    /// The command line or a setting is wrong. Exit code 1.
+    /// A request that makes no sense, in words. Exit code 1.
     Usage(String),
+    /// A setting has a value that is not possible, or settings do not go together. Exit code 1.
+    Setting {
+        /// The fields at fault, by their names in `render::Settings` or `vk::DeviceOptions`.
+        settings: &'static [&'static str],
+        /// What is wrong, and what would be right.
+        cause: String,
+    },
     /// A scene, image or other input file is damaged, unsupported or out of bounds. Exit code 2.
     Scene {
         /// The file at fault.
@@ -30,7 +37,7 @@ pub enum Error {
         /// The cause.
         source: std::io::Error,
     },
-    /// No Vulkan loader, no device, or none that fits `--device`. Exit code 3.
+    /// No Vulkan loader, no device, or none that fits the choice. Exit code 3.
     NoDevice(String),
     /// The device lacks something that this scene needs. Exit code 3.
     MissingFeature {
@@ -38,6 +45,8 @@ pub enum Error {
         device: String,
         /// The feature, and what it is needed for.
         feature: String,
+        /// The fields of `render::Settings` that ask for it; none where nothing can be rendered without it.
+        settings: &'static [&'static str],
     },
     /// A Vulkan call failed. Exit code 4.
     Vulkan {
@@ -59,8 +68,8 @@ pub enum Error {
         object: String,
         /// Bytes asked for.
         bytes: u64,
-        /// What to reduce, for example `lower --photons`.
-        advice: String,
+        /// The limit that it exceeds.
+        cause: MemoryCause,
     },
     /// The validation layers reported something. Exit code 4.
     Validation(Vec<String>),
@@ -77,7 +86,65 @@ pub enum Error {
     Interrupted,
 }
 
+/// The limit that an allocation exceeds. All lengths are in bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MemoryCause {
+    /// The device has no room for a single buffer of this length.
+    BufferTooLong {
+        /// The longest buffer that it can have.
+        longest: u64,
+    },
+    /// The device's memory is full.
+    DeviceFull {
+        /// What is left of it.
+        left: u64,
+    },
+    /// The allocator has no memory for a buffer.
+    BufferRefused(String),
+    /// The allocator has no memory for an image.
+    ImageRefused(String),
+    /// A kernel cannot see all of a buffer at once.
+    BindingTooLong {
+        /// What a kernel sees of a buffer at most.
+        longest: u64,
+    },
+    /// A part of the scene is longer than what a kernel sees at once.
+    SceneTooLarge {
+        /// The part: `triangles`, `textures`.
+        part: String,
+        /// What a kernel sees of a buffer at most.
+        longest: u64,
+    },
+    /// A pass stores more photons than the photon map can have.
+    TooManyPhotons {
+        /// The most that it can have.
+        most: u64,
+    },
+    /// A buffer has more than 2^32 - 1 elements.
+    TooManyElements,
+}
+
+impl fmt::Display for MemoryCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BufferTooLong { longest } => write!(f, "the largest single buffer is {longest} bytes"),
+            Self::DeviceFull { left } => write!(f, "what is left of the device's memory is {left} bytes"),
+            Self::BufferRefused(cause) | Self::ImageRefused(cause) => write!(f, "{cause}"),
+            Self::BindingTooLong { longest } | Self::SceneTooLarge { longest, .. } => {
+                write!(f, "a kernel sees at most {longest} bytes of a buffer on this device")
+            }
+            Self::TooManyPhotons { most } => write!(f, "a pass stores at most {most} photons on this device"),
+            Self::TooManyElements => write!(f, "a buffer holds at most 2^32 - 1 elements"),
+        }
+    }
+}
+
 impl Error {
+    /// An [`Error::Setting`] about these fields.
+    pub fn setting(settings: &'static [&'static str], cause: impl Into<String>) -> Self {
+        Self::Setting { settings, cause: cause.into() }
+    }
+
     /// An [`Error::Scene`] about `path`.
     pub fn scene(path: impl AsRef<Path>, what: impl Into<String>) -> Self {
         Self::Scene { path: path.as_ref().to_owned(), what: what.into() }
@@ -91,7 +158,7 @@ impl Error {
     /// The process exit code for this error.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) => 1,
+            Self::Usage(_) | Self::Setting { .. } => 1,
             Self::Scene { .. } | Self::Io { .. } => 2,
             Self::NoDevice(_) | Self::MissingFeature { .. } => 3,
             Self::Vulkan { .. } | Self::DeviceLost { .. } | Self::OutOfMemory { .. } | Self::Validation(_) => 4,
@@ -105,16 +172,17 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(what) => write!(f, "{what}"),
+            Self::Setting { settings, cause } => write!(f, "{}: {cause}", settings.join(" and ")),
             Self::Scene { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Io { path, action, source } => write!(f, "{}: cannot {action}: {source}", path.display()),
             Self::NoDevice(what) => write!(f, "no usable Vulkan device: {what}"),
-            Self::MissingFeature { device, feature } => write!(f, "device '{device}' lacks {feature}"),
+            Self::MissingFeature { device, feature, .. } => write!(f, "device '{device}' lacks {feature}"),
             Self::Vulkan { call, object, code } => write!(f, "{call} failed for '{object}' with VkResult {code}"),
             Self::DeviceLost { last_finished_scope } => {
                 write!(f, "the device was lost; last finished scope: {last_finished_scope}")
             }
-            Self::OutOfMemory { object, bytes, advice } => {
-                write!(f, "'{object}' needs {bytes} bytes, more than this device gives: {advice}")
+            Self::OutOfMemory { object, bytes, cause } => {
+                write!(f, "'{object}' needs {bytes} bytes, more than this device gives: {cause}")
             }
             Self::Validation(messages) => {
                 write!(f, "{} validation message(s), first: {}", messages.len(), messages.first().map_or("", |m| m))

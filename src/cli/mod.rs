@@ -4,6 +4,7 @@
 //! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 5 above a limit of
 //! `compare --fail-above`, 130 interrupted.
 
+mod advice;
 pub mod bench;
 pub mod bench_estimators;
 pub mod bench_photon_map;
@@ -81,7 +82,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // With standard error closed there is nobody left to tell.
-            let _ = writeln!(std::io::stderr(), "nephroid: {error}");
+            let _ = writeln!(std::io::stderr(), "nephroid: {}", advice::sentence(&error));
             ExitCode::from(error.exit_code())
         }
     }
@@ -183,6 +184,19 @@ mod tests {
                 assert!(argument.get_help().is_some(), "{} {}", command.get_name(), argument.get_id());
             }
         }
+    }
+
+    /// Whether some command has this flag.
+    fn is_flag(name: &str) -> bool {
+        let cli = Cli::command();
+        let mut arguments = cli.get_subcommands().flat_map(|command| command.get_arguments());
+        arguments.any(|argument| argument.get_long().is_some_and(|long| format!("--{long}") == name))
+    }
+
+    #[test]
+    fn advice_names_flags_that_there_are() {
+        assert!(advice::FLAGS.iter().all(|(_, flag)| is_flag(flag)));
+        assert!(!is_flag("--brightness"));
     }
 
     #[test]

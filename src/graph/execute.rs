@@ -12,7 +12,7 @@ use super::declare::{
 use super::execute_raster::{self, Images};
 use super::plan::Plan;
 use super::trace::Timing;
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use crate::vk::{Buffer, BufferSlice, Commands, Device, Pipeline, PipelineDesc, Place, Recorder};
 
 /// Makes persistent memory and executables on one device.
@@ -64,7 +64,7 @@ impl Runtime {
         let len = u32::try_from(data.len()).map_err(|_| Error::OutOfMemory {
             object: name.into(),
             bytes: std::mem::size_of_val(data) as u64,
-            advice: "a buffer holds at most 2^32 - 1 elements".into(),
+            cause: MemoryCause::TooManyElements,
         })?;
         let persistent = self.persistent(name, len)?;
         self.overwrite(&persistent, data)?;
@@ -229,10 +229,7 @@ pub(super) fn check_range(plan: &Plan, buffer: u32, kernel: &str, longest: u64) 
     Err(Error::OutOfMemory {
         object: format!("{} in {kernel}", info.name),
         bytes: info.bytes,
-        advice: format!(
-            "a kernel sees at most {longest} bytes of a buffer on this device; lower --photons or --size, simplify the \
-             scene, or choose another --device"
-        ),
+        cause: MemoryCause::BindingTooLong { longest },
     })
 }
 
@@ -351,8 +348,8 @@ fn make_arena(device: &Arc<Device>, plan: &Plan, arena: usize) -> Result<Buffer>
         let inside = inside.filter(|(_, place)| place.is_some_and(|place| place.arena as usize == arena));
         let largest = inside.max_by_key(|(info, _)| info.bytes).map_or("none", |(info, _)| info.name);
         match error {
-            Error::OutOfMemory { bytes, advice, .. } => {
-                Error::OutOfMemory { object: format!("transient memory, mostly {largest}"), bytes, advice }
+            Error::OutOfMemory { bytes, cause, .. } => {
+                Error::OutOfMemory { object: format!("transient memory, mostly {largest}"), bytes, cause }
             }
             other => other,
         }

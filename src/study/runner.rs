@@ -96,6 +96,7 @@ fn make_folders(study: &Study) -> Result<()> {
 fn named(error: Error, what: &str) -> Error {
     match error {
         Error::Usage(cause) => Error::Usage(format!("{what}: {cause}")),
+        Error::Setting { settings, cause } => Error::Setting { settings, cause: format!("{cause} ({what})") },
         other => other,
     }
 }

@@ -3,7 +3,7 @@
 use super::core::Core;
 use super::limits::DeviceKind;
 use super::{failed, lock};
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -180,19 +180,16 @@ impl Drop for BufferInner {
 /// Refuses what no memory type of the device can hold, before the driver (or the host's memory) is tried.
 pub(super) fn refuse_oversize(core: &Core, name: &str, bytes: u64, place: Place) -> Result<()> {
     let limits = &core.info.limits;
-    let refuse = |limit: u64, what: &str| {
-        let advice = format!("{what} is {limit} bytes; lower --photons or --size, or choose another --device");
-        Err(Error::OutOfMemory { object: name.to_owned(), bytes, advice })
-    };
+    let refuse = |cause| Err(Error::OutOfMemory { object: name.to_owned(), bytes, cause });
     let capacity = bytes.saturating_add(2 * SLACK);
     if capacity > limits.allocation {
-        return refuse(limits.allocation, "the largest single buffer");
+        return refuse(MemoryCause::BufferTooLong { longest: limits.allocation });
     }
     // A discrete GPU's staging buffers lie in the host's memory, which is not what the heap counts.
     let local = |place| place == Place::Device || core.info.kind != DeviceKind::Discrete;
     let used = if local(Place::Upload) { lock(&core.memory).all.current } else { lock(&core.memory).device };
     if local(place) && limits.heap > 0 && capacity.saturating_add(used) > limits.heap {
-        return refuse(limits.heap.saturating_sub(used), "what is left of the device's memory");
+        return refuse(MemoryCause::DeviceFull { left: limits.heap.saturating_sub(used) });
     }
     Ok(())
 }
@@ -219,7 +216,7 @@ fn place_buffer(
     let allocation = lock(&core.allocator).allocate(&desc).map_err(|cause| Error::OutOfMemory {
         object: name.to_owned(),
         bytes: requirements.size,
-        advice: format!("{cause}; lower --photons or --size"),
+        cause: MemoryCause::BufferRefused(cause.to_string()),
     })?;
     let coherent = allocation.memory_properties().contains(vk::MemoryPropertyFlags::HOST_COHERENT);
     assert!(coherent || place == Place::Device, "the allocator gave incoherent memory for '{name}'");

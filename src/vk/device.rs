@@ -53,7 +53,7 @@ pub struct Device {
     loop_limit: OnceLock<Option<u32>>,
 }
 
-/// All physical devices, in the order of `--device` numbers, usable or not.
+/// All physical devices, in the order of their numbers, usable or not.
 ///
 /// # Errors
 /// [`Error::NoDevice`] without a Vulkan loader or driver; [`Error::Vulkan`] if enumeration fails. The list may be empty.
@@ -104,7 +104,8 @@ impl Device {
         if missing.is_empty() {
             return Ok(());
         }
-        Err(Error::MissingFeature { device: self.core.info.name.clone(), feature: missing.join(", ") })
+        let (device, feature) = (self.core.info.name.clone(), missing.join(", "));
+        Err(Error::MissingFeature { device, feature, settings: &[] })
     }
 
     /// Whether the validation layers are loaded.

@@ -4,7 +4,7 @@ use super::buffer::{Place, refuse_oversize};
 use super::core::Core;
 use super::instance::Instance;
 use super::{failed, lock};
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -84,7 +84,7 @@ impl Image {
         let most = core.info.limits.image_side;
         if width > most || height > most {
             let feature = format!("pictures of {width} x {height} pixels in graphics passes (it has {most} x {most})");
-            return Err(Error::MissingFeature { device: core.info.name.clone(), feature });
+            return Err(Error::MissingFeature { device: core.info.name.clone(), feature, settings: &[] });
         }
         let bytes = u64::from(width) * u64::from(height) * kind.pixel_bytes();
         refuse_oversize(core, name, bytes, Place::Device)?;
@@ -147,7 +147,7 @@ impl ImageInner {
         let allocation = lock(&self.core.allocator).allocate(&desc).map_err(|cause| Error::OutOfMemory {
             object: self.name.clone(),
             bytes: requirements.size,
-            advice: format!("{cause}; lower --size"),
+            cause: MemoryCause::ImageRefused(cause.to_string()),
         })?;
         lock(&self.core.memory).add(Place::Device, allocation.size());
         let (memory, offset) = {

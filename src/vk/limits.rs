@@ -76,7 +76,7 @@ impl Limits {
 /// A physical device.
 #[derive(Clone, Debug)]
 pub struct DeviceInfo {
-    /// Position in the loader's list; what `--device 0` means.
+    /// Position in the loader's list, from 0.
     pub index: usize,
     /// The driver's name for the device.
     pub name: String,

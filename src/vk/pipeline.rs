@@ -223,7 +223,7 @@ fn check(core: &Core, desc: &PipelineDesc<'_>) -> Result<()> {
     let most = core.info.limits.storage_buffers as usize;
     if desc.bindings.len() > most {
         let feature = format!("{} storage buffers in one kernel ('{name}'; it has {most})", desc.bindings.len());
-        return Err(Error::MissingFeature { device: core.info.name.clone(), feature });
+        return Err(Error::MissingFeature { device: core.info.name.clone(), feature, settings: &[] });
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use super::core::{Core, Sync2};
 use super::failed;
 use super::limits::DeviceKind;
 use super::pipeline::Pipeline;
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use ash::vk::Handle;
 use std::collections::BTreeMap;
@@ -202,9 +202,8 @@ impl Recorder {
             let aligned = offset.is_multiple_of(limits.storage_alignment);
             assert!(aligned, "binding {binding} of '{name}': offset {offset} in '{buffer}' is not aligned");
             if bytes > limits.storage_range {
-                let longest = limits.storage_range;
-                let advice = format!("one binding holds {longest} bytes on this device; lower --photons or --size");
-                return Err(Error::OutOfMemory { object: format!("{buffer} in {name}"), bytes, advice });
+                let cause = MemoryCause::BindingTooLong { longest: limits.storage_range };
+                return Err(Error::OutOfMemory { object: format!("{buffer} in {name}"), bytes, cause });
             }
         }
         Ok(())

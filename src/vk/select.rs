@@ -1,4 +1,4 @@
-//! Which device: the meaning of `--device`.
+//! Which device is opened.
 
 use super::limits::{Candidate, DeviceInfo, DeviceKind};
 use crate::error::{Error, Result};
@@ -24,12 +24,13 @@ impl FromStr for DeviceSelect {
     /// `auto`, `cpu`, a number, or part of a name.
     fn from_str(text: &str) -> Result<Self> {
         let text = text.trim();
+        let wrong = |cause| Error::Setting { settings: &["select"], cause };
         match text.to_ascii_lowercase().as_str() {
-            "" => Err(Error::Usage("--device needs a number, a part of a name, 'cpu' or 'auto'".into())),
+            "" => Err(wrong("expected a number, a part of a name, 'cpu' or 'auto'".into())),
             "auto" => Ok(Self::Auto),
             "cpu" => Ok(Self::Cpu),
             _ if text.bytes().all(|c| c.is_ascii_digit()) => {
-                text.parse().map(Self::Index).map_err(|_| Error::Usage(format!("--device {text}: no such number")))
+                text.parse().map(Self::Index).map_err(|_| wrong(format!("there is no device {text}")))
             }
             _ => Ok(Self::Name(text.to_owned())),
         }
@@ -59,7 +60,8 @@ impl DeviceSelect {
         if best.info.blocking == 0 {
             return Ok(best);
         }
-        Err(Error::MissingFeature { device: best.info.name.clone(), feature: best.info.obstacles().join(", ") })
+        let (device, feature) = (best.info.name.clone(), best.info.obstacles().join(", "));
+        Err(Error::MissingFeature { device, feature, settings: &[] })
     }
 
     fn complaint(&self) -> String {
@@ -156,8 +158,8 @@ mod tests {
             matches!(chosen("7"), Err(Error::NoDevice(what)) if what.contains("no device 7") && what.contains("Iris"))
         );
         assert!(matches!(chosen("voodoo"), Err(Error::NoDevice(what)) if what.contains("voodoo")));
-        assert!(matches!(chosen(" "), Err(Error::Usage(_))));
-        assert!(matches!(chosen("99999999999999999999999"), Err(Error::Usage(_))));
+        assert!(matches!(chosen(" "), Err(Error::Setting { .. })));
+        assert!(matches!(chosen("99999999999999999999999"), Err(Error::Setting { .. })));
         let none = DeviceSelect::Auto.choose(Vec::new()).map(|c| c.info.index);
         assert!(matches!(none, Err(Error::NoDevice(what)) if what.contains("no Vulkan driver")));
     }

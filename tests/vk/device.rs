@@ -1,6 +1,6 @@
 //! The device layer on whatever Vulkan device there is, under validation with synchronisation validation.
 
-use nephroid::error::Error;
+use nephroid::error::{Error, MemoryCause};
 use nephroid::vk::*;
 
 use crate::support::affine::*;
@@ -226,13 +226,18 @@ fn memory_is_counted_and_given_back() {
 }
 
 #[test]
-fn oversize_requests_are_refused_with_advice() {
+fn oversize_requests_are_refused_with_their_cause() {
     let device = device();
     let limits = device.info().limits;
     for bytes in [limits.allocation, limits.heap, u64::MAX] {
         let refused = device.buffer("photon_hits", bytes, Place::Device).err().expect("more than the device has");
-        let Error::OutOfMemory { object, bytes: asked, advice } = refused else { panic!("{refused:?}") };
-        assert!(object == "photon_hits" && asked == bytes && advice.contains("--photons"), "{advice}");
+        let Error::OutOfMemory { object, bytes: asked, cause } = refused else { panic!("{refused:?}") };
+        assert!(object == "photon_hits" && asked == bytes, "{object} {asked}");
+        let expected = match bytes.saturating_add(32) > limits.allocation {
+            true => MemoryCause::BufferTooLong { longest: limits.allocation },
+            false => MemoryCause::DeviceFull { left: limits.heap },
+        };
+        assert_eq!(cause, expected);
     }
     device.check_validation().unwrap();
 }

@@ -30,19 +30,17 @@ pub fn check(device: &Device, settings: &Settings) -> Result<()> {
         let text = "--estimator bounds25d and bounds3d draw what a camera without a lens sees: leave --aperture out, or choose another";
         return Err(Error::Usage(text.into()));
     }
-    advise(device.require(&[Feature::Raster]), "choose another --estimator")?;
+    needed_by(&["estimator"], device.require(&[Feature::Raster]))?;
     match settings.amplification {
         Amplification::Vertex => Ok(()),
-        Amplification::Geometry => advise(device.require(&[Feature::GeometryShader]), "use --bounds-stage vertex"),
+        Amplification::Geometry => needed_by(&["amplification"], device.require(&[Feature::GeometryShader])),
     }
 }
 
-/// Adds to the report of a missing feature what can be done.
-fn advise(result: Result<()>, advice: &str) -> Result<()> {
+/// Adds to the report of a missing feature which settings ask for it.
+fn needed_by(settings: &'static [&'static str], result: Result<()>) -> Result<()> {
     result.map_err(|error| match error {
-        Error::MissingFeature { device, feature } => {
-            Error::MissingFeature { device, feature: format!("{feature}: {advice}") }
-        }
+        Error::MissingFeature { device, feature, .. } => Error::MissingFeature { device, feature, settings },
         other => other,
     })
 }
@@ -188,11 +186,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_feature_comes_with_advice() {
-        let lacking = || Err(Error::MissingFeature { device: "d".into(), feature: "geometry kernels".into() });
-        let text = advise(lacking(), "use another").map_err(|error| error.to_string());
-        assert_eq!(text, Err("device 'd' lacks geometry kernels: use another".into()));
-        assert!(matches!(advise(Err(Error::Interrupted), "nothing"), Err(Error::Interrupted)));
-        assert!(advise(Ok(()), "nothing").is_ok());
+    fn a_missing_feature_names_the_setting_that_asks_for_it() {
+        let feature = || "geometry kernels".to_owned();
+        let lacking = Err(Error::MissingFeature { device: "d".into(), feature: feature(), settings: &[] });
+        let named = needed_by(&["amplification"], lacking);
+        assert!(matches!(named, Err(Error::MissingFeature { settings: ["amplification"], .. })));
+        assert!(matches!(needed_by(&["amplification"], Err(Error::Interrupted)), Err(Error::Interrupted)));
+        assert!(needed_by(&["amplification"], Ok(())).is_ok());
     }
 }

@@ -4,7 +4,7 @@ use super::casters::casters;
 use super::lights::LightTable;
 use super::memory::Memory;
 use super::shading::{Textures, is_flat, vertex_data};
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::{
@@ -202,7 +202,7 @@ fn check_size(memory: Memory<'_>, scene: &Scene, what: &str, bytes: u64) -> Resu
     Err(Error::OutOfMemory {
         object: format!("{what} of {}", scene.path.display()),
         bytes,
-        advice: format!("this device binds {limit} bytes at once; reduce the scene's {what}"),
+        cause: MemoryCause::SceneTooLarge { part: what.to_owned(), longest: limit },
     })
 }
 

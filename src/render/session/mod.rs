@@ -9,7 +9,7 @@ mod pixels;
 use std::time::Instant;
 
 use self::estimator_bytes::EstimatorBytes;
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryCause, Result};
 use crate::film::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use crate::film::error_estimate::{ErrorEstimate, Model, Schedule};
 use crate::film::exact::ExactSum;
@@ -175,7 +175,7 @@ impl Session {
             return Err(Error::OutOfMemory {
                 object: "photon map".into(),
                 bytes: needed * size_of::<Photon>() as u64,
-                advice: format!("a pass stores at most {most} photons on this device; lower --photons"),
+                cause: MemoryCause::TooManyPhotons { most },
             });
         }
         self.statistics.repeated += 1;
