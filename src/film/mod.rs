@@ -2,10 +2,9 @@
 //!
 //! [`accumulate`] holds the sums of all passes and gives their mean as a picture, [`exact`] is the number that the sums
 //! are made of, and [`film_file`] writes them to files and reads them. [`error_estimate`] says how wrong a film is
-//! without a reference. [`ztest`] compares many estimates with expected values.
+//! without a reference.
 
 pub mod accumulate;
 pub mod error_estimate;
 pub mod exact;
 pub mod film_file;
-pub mod ztest;

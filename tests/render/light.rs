@@ -5,7 +5,6 @@
 use std::f64::consts::PI;
 
 use nephroid::error::Error;
-use nephroid::film::ztest::{ZTest, z_test};
 use nephroid::render::{Lens, Method, Sampling, Session, Settings};
 use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Limits, Material, Scene, load};
@@ -13,6 +12,7 @@ use nephroid::scene::{Camera, Light, Limits, Material, Scene, load};
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, assert_same, asset, from_above};
 use crate::support::shared;
+use crate::support::ztest::{ZTest, z_test};
 
 /// Probability with which a correct picture fails.
 const SIGNIFICANCE: f64 = 0.01;

@@ -9,3 +9,4 @@ mod path;
 mod photon_build;
 mod sampling;
 mod transport;
+mod ztest;

@@ -4,7 +4,6 @@
 
 use std::f64::consts::PI;
 
-use nephroid::film::ztest::{ZTest, z_test};
 use nephroid::picture::exr;
 use nephroid::render::{Lens, Method, Session, Settings};
 use nephroid::scene::shapes::Mesh;
@@ -12,6 +11,7 @@ use nephroid::scene::{Camera, Environment, Light, Limits, Material, Projection, 
 
 use crate::support::device::runtime;
 use crate::support::shared;
+use crate::support::ztest::{ZTest, z_test};
 
 fn path(side: u32) -> Settings {
     Settings {

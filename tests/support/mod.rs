@@ -14,6 +14,7 @@ pub mod program;
 pub mod random;
 pub mod shared;
 pub mod view;
+pub mod ztest;
 
 use std::path::{Path, PathBuf};
 
