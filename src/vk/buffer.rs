@@ -1,54 +1,14 @@
 //! Buffers and the memory under them.
 
+use super::call::{failed, lock};
 use super::core::Core;
 use super::limits::DeviceKind;
-use super::{failed, lock};
+use super::memory::Place;
 use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::{Arc, Mutex};
-
-/// Where a buffer lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Memory of the device; the host cannot see it.
-    Device,
-    /// Memory that the host writes and the device reads.
-    Upload,
-    /// Memory that the device writes and the host reads.
-    Readback,
-}
-
-/// Bytes held by buffers, as the driver counts them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MemoryUse {
-    /// Now.
-    pub current: u64,
-    /// The most so far.
-    pub peak: u64,
-}
-
-/// The books of a device's memory.
-#[derive(Default)]
-pub(super) struct Accounts {
-    pub all: MemoryUse,
-    /// Bytes in [`Place::Device`].
-    device: u64,
-}
-
-impl Accounts {
-    pub(super) fn add(&mut self, place: Place, bytes: u64) {
-        self.all.current += bytes;
-        self.all.peak = self.all.peak.max(self.all.current);
-        self.device += if place == Place::Device { bytes } else { 0 };
-    }
-
-    pub(super) fn remove(&mut self, place: Place, bytes: u64) {
-        self.all.current -= bytes;
-        self.device -= if place == Place::Device { bytes } else { 0 };
-    }
-}
 
 /// A storage buffer that can also be copied, filled and read as indirect arguments. Freed when neither this value nor
 /// any recorded [`super::Commands`] uses it.

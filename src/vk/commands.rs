@@ -1,8 +1,8 @@
 //! Recorded commands: replay, waiting, timestamps, crash markers.
 
 use super::buffer::{Buffer, BufferInner};
+use super::call::failed;
 use super::core::Core;
-use super::failed;
 use super::image::ImageInner;
 use super::pipeline::Pipeline;
 use crate::error::{Error, Result};

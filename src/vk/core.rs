@@ -1,10 +1,10 @@
 //! The logical device that everything else holds a share of: queue, timeline, allocator, finite waits, tear-down.
 
-use super::buffer::Accounts;
+use super::call::{c_string, failed, lock};
 use super::features::FeatureChain;
 use super::instance::Instance;
 use super::limits::{Candidate, DeviceInfo, Identity};
-use super::{c_string, failed, lock};
+use super::memory::Accounts;
 use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};

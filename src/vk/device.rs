@@ -1,17 +1,21 @@
 //! The device as the rest of the crate sees it.
 
-use super::buffer::{Buffer, MemoryUse, Place};
+use super::buffer::Buffer;
 use super::cache::{CacheFile, default_cache_dir};
+use super::call::lock;
 use super::core::Core;
 use super::features::{Feature, Features};
-use super::image::{Image, ImageKind};
+use super::image::Image;
+use super::image_kind::ImageKind;
 use super::instance::{Instance, NEWEST, ValidationLog};
 use super::limits::{DeviceInfo, candidates};
-use super::pipeline::{Pipeline, PipelineDesc, PipelineStore};
+use super::memory::{MemoryUse, Place};
+use super::pipeline::{Pipeline, PipelineDesc};
+use super::pipeline_store::PipelineStore;
+use super::probe;
 use super::raster_pipeline::RasterDesc;
 use super::record::Recorder;
 use super::select::DeviceSelect;
-use super::{lock, probe};
 use crate::error::{Error, Result};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -200,7 +204,8 @@ impl Device {
     /// before 23: 65535 over all loops together). Found by running a loop of 2^20 iterations, once.
     /// Where the probe itself fails, the known limit is assumed.
     pub fn loop_limit(&self) -> Option<u32> {
-        *self.loop_limit.get_or_init(|| probe::loop_limit(self).unwrap_or(Some(probe::ASSUMED)))
+        let measure = || probe::loop_limit(&self.core, &self.pipelines).unwrap_or(Some(probe::ASSUMED));
+        *self.loop_limit.get_or_init(measure)
     }
 
     /// Waits until everything submitted so far has finished.

@@ -1,6 +1,6 @@
 //! The Vulkan loader, the instance, the validation layers and their messages.
 
-use super::{failed, lock};
+use super::call::{failed, lock};
 use crate::error::{Error, Result};
 use ash::{ext, vk};
 use std::ffi::{CStr, c_void};

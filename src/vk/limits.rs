@@ -1,8 +1,9 @@
 //! Physical devices: what they are called, what they can do, how much of it.
 
+use super::call::failed;
 use super::features::{Extensions, Feature, FeatureChain, Features, REQUIRED};
+use super::image_kind::formats_fit;
 use super::instance::Instance;
-use super::{failed, image};
 use crate::error::Result;
 use ash::vk;
 use std::ffi::CStr;
@@ -169,7 +170,7 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
     }
     features.timestamps = limits.timestamp_bits > 0;
     let draws = queue_family.is_some_and(|at| families[at as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS));
-    if !(features.raster && draws && image::formats_fit(instance, raw)) {
+    if !(features.raster && draws && formats_fit(instance, raw)) {
         features.without_graphics();
     }
     let (lacks, blocking) = lacks(&features, version, queue_family.is_some());

@@ -57,10 +57,11 @@
 //! | what is asked of a device and what it reports; the feature chains | `features.rs`, `limits.rs` |
 //! | how a device is chosen | `select.rs` |
 //! | queue, waiting, tear-down | `core.rs`, `device.rs` |
-//! | memory | `buffer.rs` |
-//! | pipelines, their memo; the file of the pipeline cache | `pipeline.rs`, `cache.rs` |
+//! | memory: kinds and books; buffers | `memory.rs`, `buffer.rs` |
+//! | pipelines; which are made already; the file of the pipeline cache | `pipeline.rs`, `pipeline_store.rs`, `cache.rs` |
 //! | recording; replay, timestamps, crash markers | `record.rs`, `commands.rs` |
-//! | attachments; graphics pipelines; recording draws | `image.rs`, `raster_pipeline.rs`, `raster.rs` |
+//! | attachments, their formats; graphics pipelines; recording draws | `image.rs`, `image_kind.rs`, `raster_pipeline.rs`, `raster.rs` |
+//! | errors and strings of calls | `call.rs` |
 //! | the loop-cut probe | `probe.rs` |
 //!
 //! [`Error::DeviceLost`]: crate::error::Error::DeviceLost
@@ -69,53 +70,36 @@
 
 mod buffer;
 mod cache;
+mod call;
 mod commands;
 mod core;
 mod device;
 mod features;
 mod image;
+mod image_kind;
 mod instance;
 mod limits;
+mod memory;
 mod pipeline;
+mod pipeline_store;
 mod probe;
 mod raster;
 mod raster_pipeline;
 mod record;
 mod select;
 
-pub use buffer::{Buffer, BufferSlice, MemoryUse, Place};
+pub use buffer::{Buffer, BufferSlice};
 pub use cache::default_cache_dir;
 pub use commands::{Commands, ScopeTiming, Submission};
 pub use device::{Device, DeviceOptions, devices};
 pub use features::{Feature, Features};
-pub use image::{Image, ImageKind};
+pub use image::Image;
+pub use image_kind::ImageKind;
 pub use instance::ValidationLog;
 pub use limits::{DeviceInfo, DeviceKind, Limits};
+pub use memory::{MemoryUse, Place};
 pub use pipeline::{Pipeline, PipelineDesc};
 pub use raster::Picture;
 pub use raster_pipeline::{RasterDesc, StageDesc};
 pub use record::Recorder;
 pub use select::DeviceSelect;
-
-use crate::error::Error;
-
-/// Turns a `VkResult` into an [`Error`] that names the call and its object.
-fn failed(call: &'static str, object: &str) -> impl FnOnce(ash::vk::Result) -> Error {
-    move |code| match code {
-        ash::vk::Result::ERROR_DEVICE_LOST => {
-            Error::DeviceLost { last_finished_scope: format!("unknown (seen by {call} for '{object}')") }
-        }
-        code => Error::Vulkan { call, object: object.to_owned(), code: code.as_raw() },
-    }
-}
-
-/// `text` for Vulkan, cut at the first NUL (a name from outside may hold one).
-fn c_string(text: &str) -> std::ffi::CString {
-    let clean = text.split('\0').next().unwrap_or_default();
-    std::ffi::CString::new(clean).unwrap_or_default()
-}
-
-/// Locks, also after a panic elsewhere: every value guarded here is consistent between statements.
-fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-}

@@ -19,8 +19,14 @@
 //! }
 //! ```
 
-use super::{BufferSlice, Device, PipelineDesc, Place};
+use super::buffer::{Buffer, BufferSlice};
+use super::core::Core;
+use super::memory::Place;
+use super::pipeline::PipelineDesc;
+use super::pipeline_store::PipelineStore;
+use super::record::Recorder;
 use crate::error::Result;
+use std::sync::Arc;
 
 /// Iterations that the probe asks for: far beyond the known cut, and a few milliseconds of one GPU thread.
 pub(super) const WANTED: u32 = 1 << 20;
@@ -29,11 +35,11 @@ pub(super) const WANTED: u32 = 1 << 20;
 pub(super) const ASSUMED: u32 = 65_535;
 
 /// How many iterations ran, if fewer than [`WANTED`].
-pub(super) fn loop_limit(device: &Device) -> Result<Option<u32>> {
-    let result = device.buffer("loop_probe", 4, Place::Readback)?;
+pub(super) fn loop_limit(core: &Arc<Core>, pipelines: &PipelineStore) -> Result<Option<u32>> {
+    let result = Buffer::new(core, "loop_probe", 4, Place::Readback)?;
     let desc = PipelineDesc { name: "loop_probe", spirv: &LOOP_PROBE, bindings: &[0], push_bytes: 4, constants: &[] };
-    let mut recorder = device.recorder("loop_probe")?;
-    recorder.bind(&device.pipeline(&desc)?, &[(0, BufferSlice::whole(&result))], &WANTED.to_ne_bytes())?;
+    let mut recorder = Recorder::new(core, "loop_probe")?;
+    recorder.bind(&pipelines.get(&desc)?, &[(0, BufferSlice::whole(&result))], &WANTED.to_ne_bytes())?;
     recorder.dispatch([1, 1, 1]);
     recorder.finish()?.submit()?.wait()?;
     let mut count = [0; 4];

@@ -3,7 +3,8 @@
 
 use super::buffer::Buffer;
 use super::core::Rendering;
-use super::image::{Image, ImageKind};
+use super::image::Image;
+use super::image_kind::ImageKind;
 use super::record::{Recorder, TRANSFER};
 use ash::vk;
 use ash::vk::Handle;

@@ -1,10 +1,10 @@
 //! Graphics pipelines, for dynamic rendering: no vertex buffers, no samples, one blending for all colours.
 
+use super::call::{c_string, failed};
 use super::core::Core;
 use super::features::Feature;
-use super::image::ImageKind;
+use super::image_kind::ImageKind;
 use super::pipeline::{Key, Pipeline, PipelineDesc, StageKey, check_words, entry};
-use super::{c_string, failed};
 use crate::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
 use crate::error::Result;
 use ash::vk;

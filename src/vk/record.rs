@@ -1,10 +1,11 @@
 //! Recording commands.
 
-use super::buffer::{Buffer, BufferSlice, Place, SLACK};
+use super::buffer::{Buffer, BufferSlice, SLACK};
+use super::call::failed;
 use super::commands::{CommandState, Commands, MARKED_SCOPES, QUERY_CHUNK, Scope, create_query_pool};
 use super::core::{Core, Sync2};
-use super::failed;
 use super::limits::DeviceKind;
+use super::memory::Place;
 use super::pipeline::Pipeline;
 use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
