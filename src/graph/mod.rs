@@ -9,10 +9,9 @@
 mod declare;
 mod draw;
 mod dump;
-mod execute;
-mod execute_raster;
 mod plan;
 mod raster;
+mod run;
 mod trace;
 mod windows;
 
@@ -21,8 +20,8 @@ pub use declare::{
     KernelInfo, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
 };
 pub use draw::{DrawArgs, DrawCount, DrawSpec, RasterSpec, ShaderInfo, Spirv, Stage, StageSpec};
-pub use execute::{Executable, Runtime};
 pub use plan::{Placement, Plan, PlanError};
 pub use raster::{Draw, FragmentShader, GeometryShader, Instances, RasterPass, Shader, VertexShader};
+pub use run::{Executable, Runtime};
 pub use trace::{Timing, chrome_trace};
 pub use windows::{Window, Windows};

@@ -24,8 +24,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::plan", &["graph::declare", "graph::draw"]),
     ("graph::dump", &["graph::declare", "graph::draw", "graph::plan", "draw_state"]),
     ("graph::trace", &[]),
-    ("graph::execute", &["graph::declare", "graph::execute_raster", "graph::plan", "graph::trace", "vk", "error"]),
-    ("graph::execute_raster", &["graph::declare", "graph::draw", "graph::execute", "graph::plan", "vk", "error"]),
+    ("graph::run", &["graph::declare", "graph::draw", "graph::plan", "graph::trace", "vk", "error"]),
     ("kernels", &["graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["kernels", "graph", "scene", "film", "picture", "vk", "error"]),
     ("bench", &["draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
@@ -257,13 +256,16 @@ fn layers_use_only_what_lies_below_them() {
 #[test]
 fn the_checker_of_layers_sees_each_way_to_break_them() {
     let facade = graph_facade();
-    assert_eq!(facade.get("Runtime").map(String::as_str), Some("graph::execute"));
+    assert_eq!(facade.get("Runtime").map(String::as_str), Some("graph::run"));
     let faults = |file: &str, text: &str| layer_faults(file, text, &facade).len();
     assert_eq!(faults("src/kernels/scan.rs", "use crate::graph::{Buf, Graph, Grid, Windows};"), 0);
     assert_eq!(faults("src/kernels/scan.rs", "use super::Items;\nuse super::generated::Scan;"), 0);
     assert_eq!(faults("src/scene/load/mesh.rs", "use super::super::Scene; use crate::scene::Mesh;"), 0);
     assert_eq!(
-        faults("src/graph/execute.rs", "use super::plan::Plan;\nuse crate::{error::Error, vk::{self, Device}};"),
+        faults(
+            "src/graph/run/execute.rs",
+            "use crate::graph::plan::Plan;\nuse crate::{error::Error, vk::{self, Device}};"
+        ),
         0
     );
     for (file, text, count) in [
@@ -271,7 +273,7 @@ fn the_checker_of_layers_sees_each_way_to_break_them() {
         ("src/kernels/scan.rs", "use crate::{graph::{Graph, Executable}, vk::Device};", 2),
         ("src/kernels/scan.rs", "use crate::graph::{\n    Buf,\n    Executable,\n};", 1),
         ("src/kernels/scan.rs", "fn f() { crate::vk::devices(); }", 1),
-        ("src/graph/plan.rs", "use super::execute::Runtime;", 1),
+        ("src/graph/plan.rs", "use super::run::Runtime;", 1),
         ("src/graph/plan.rs", "use super::Runtime;", 1),
         ("src/graph/declare.rs", "use crate::error::Error;", 1),
         ("src/scene/mod.rs", "use crate::kernels::generated::Light;", 1),
