@@ -3,7 +3,8 @@
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::values::bytes;
+use super::console::print;
+use super::numbers::bytes;
 use crate::error::{Error, Result};
 use crate::vk::{self, DeviceInfo};
 
@@ -32,7 +33,7 @@ pub fn run(args: &DevicesArgs) -> Result<()> {
         let advice = "the Vulkan loader works, but no driver offers a device (on Debian: mesa-vulkan-drivers)";
         return Err(Error::NoDevice(advice.into()));
     }
-    super::print(&if args.json { format!("{:#}", as_json(&devices)) } else { as_text(&devices) })
+    print(&if args.json { format!("{:#}", as_json(&devices)) } else { as_text(&devices) })
 }
 
 /// Index of the device that is used without `--device`, if any is usable.

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::values::{self, Size, bytes};
+use super::console::print;
+use super::inputs::check_readable;
+use super::numbers::bytes;
+use super::values::{self, Size};
 use crate::error::{Error, Result};
 use crate::graph::DeviceClass;
 use crate::render::{Outline, Saving, Savings, Settings, savings};
@@ -53,8 +56,8 @@ struct Facts<'a> {
 /// # Errors
 /// Those of loading the scene.
 pub fn run(args: &InfoArgs) -> Result<()> {
-    super::check_readable(&args.scene)?;
-    args.environment.iter().try_for_each(|path| super::check_readable(path))?;
+    check_readable(&args.scene)?;
+    args.environment.iter().try_for_each(|path| check_readable(path))?;
     let scene = scene::load_with_environment(&args.scene, args.environment.as_deref(), &Limits::default())?;
     if scene.cameras.is_empty() {
         return Err(Error::scene(&args.scene, "no camera"));
@@ -63,7 +66,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
     let savings = savings(&scene, &settings, DeviceClass::Cpu)?;
     let (summary, needs) = (Summary::of(&scene), Needs::of(&scene));
     let facts = Facts { scene: &scene, size: args.size, summary, needs, savings };
-    super::print(&if args.json { format!("{:#}", facts.json()) } else { facts.text() })
+    print(&if args.json { format!("{:#}", facts.json()) } else { facts.text() })
 }
 
 impl Facts<'_> {

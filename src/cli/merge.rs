@@ -5,8 +5,11 @@ use std::time::Instant;
 
 use clap::Args;
 
+use super::console::print;
+use super::inputs::check_readable;
 use super::progress::{Limit, Progress, Status};
-use super::{check_readable, keep, print, values};
+use super::render::checkpoint::save;
+use super::values;
 use crate::error::{Error, Result};
 use crate::film::accumulate::PassSet;
 use crate::film::film_file::{self, About, Difference, FilmFile, Packing};
@@ -178,7 +181,7 @@ fn write(outputs: &[Output], merged: &FilmFile, args: &MergeArgs) -> Result<()> 
     let map = ToneMap { curve: args.tonemap, exposure: args.exposure };
     for output in outputs {
         if output.format() == Format::Exr && !args.picture_only {
-            keep::save(output.destination(), (&picture, &metadata), merged, Packing::Small)?;
+            save(output.destination(), (&picture, &metadata), merged, Packing::Small)?;
         } else {
             output.write(&picture, &metadata, map)?;
         }

@@ -1,35 +1,28 @@
-//! The command line: one file per subcommand, one struct per group of flags. The only part that prints.
+//! The command line: one file or folder per subcommand, one struct per group of flags. The only part
+//! that prints.
 //!
 //! Results go to standard output, progress, warnings and errors to standard error. Exit codes: 0 done, 1 usage, 2 bad
 //! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 5 above a limit of
 //! `compare --fail-above`, 130 interrupted.
 
 mod advice;
-pub mod bench;
-pub mod bench_estimators;
-pub mod bench_photon_map;
-pub mod compare;
-mod compare_limits;
-mod compare_report;
-pub mod devices;
-mod engine;
-mod estimator_report;
-pub mod flags;
-pub mod flags_film;
-pub mod flags_post;
-pub mod info;
-pub mod interrupt;
-mod keep;
-pub mod merge;
-pub mod progress;
-pub mod render;
-mod stop;
-pub mod study;
-pub mod values;
+mod bench;
+mod compare;
+mod console;
+mod device;
+mod devices;
+mod info;
+mod inputs;
+mod interrupt;
+mod merge;
+mod numbers;
+mod progress;
+mod render;
+mod study;
+mod values;
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -93,7 +86,7 @@ fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Option<Cli>> {
     match Cli::try_parse_from(args) {
         Ok(cli) => Ok(Some(cli)),
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
-            print(&error.render().to_string())?;
+            console::print(&error.render().to_string())?;
             Ok(None)
         }
         Err(error) => Err(Error::Usage(sentence(&error))),
@@ -127,32 +120,6 @@ fn run(cli: Cli) -> Result<()> {
         Command::Compare(args) => compare::run(&args),
         Command::Study(args) => study::run(&args),
     }
-}
-
-/// Prints to standard output. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
-fn print(text: &str) -> Result<()> {
-    let mut stdout = std::io::stdout().lock();
-    match writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush()) {
-        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::io("standard output", "write", source))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Finds out early whether an input file can be read.
-///
-/// # Errors
-/// [`Error::Io`] if it cannot be opened, [`Error::Scene`] if it is not a file.
-fn check_readable(path: &Path) -> Result<()> {
-    let io = |source| Error::io(path, "read", source);
-    let status = std::fs::metadata(path).map_err(io)?;
-    // Before opening: opening a pipe would wait for its writer.
-    if !status.is_file() {
-        return Err(Error::scene(path, "not a regular file"));
-    }
-    std::fs::File::open(path).map_err(io)?;
-    Ok(())
 }
 
 #[cfg(test)]
@@ -223,12 +190,5 @@ mod tests {
         assert!(matches!(parsed("nephroid --help"), Ok(None)));
         assert!(matches!(parsed("nephroid render --help"), Ok(None)));
         assert!(matches!(parsed("nephroid --version"), Ok(None)));
-    }
-
-    #[test]
-    fn inputs_are_checked_early() {
-        assert!(matches!(check_readable(Path::new("no/such.gltf")), Err(Error::Io { action: "read", .. })));
-        assert!(matches!(check_readable(&std::env::temp_dir()), Err(Error::Scene { .. })));
-        assert!(check_readable(tempfile::NamedTempFile::new().expect("a file").path()).is_ok());
     }
 }

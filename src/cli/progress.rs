@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::stop::percent;
+use super::numbers::{clock, percent, si};
 
 /// Totals of a render so far.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -158,35 +158,6 @@ fn message(status: Status, limit: Limit) -> String {
     text
 }
 
-/// Three digits and a decimal prefix: `4.12 M`, `850`.
-pub fn si(number: f64) -> String {
-    let (scale, prefix) = match number {
-        n if n >= 999.5e6 => (1e9, " G"),
-        n if n >= 999.5e3 => (1e6, " M"),
-        n if n >= 999.5 => (1e3, " k"),
-        _ => (1.0, ""),
-    };
-    let scaled = number / scale;
-    let decimals = if scaled < 9.995 {
-        2
-    } else if scaled < 99.95 {
-        1
-    } else {
-        0
-    };
-    format!("{scaled:.decimals$}{prefix}")
-}
-
-/// Seconds as `42 s`, `3:07` or `2:03:07`.
-pub(super) fn clock(seconds: f64) -> String {
-    let seconds = seconds.round() as u64;
-    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
-        (0, 0, s) => format!("{s} s"),
-        (0, m, s) => format!("{m}:{s:02}"),
-        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,20 +188,6 @@ mod tests {
         assert_eq!(BY_TIME.fraction(with_target), 10.0 / 15.0);
         let far = Status { left: Some(1e6), ..with_target };
         assert_eq!(BY_TIME.remaining(far), Some(50.0), "limits cap the target");
-    }
-
-    #[test]
-    fn numbers_keep_three_digits() {
-        for (number, text) in [(0.0, "0.00"), (9.994, "9.99"), (99.94, "99.9"), (999.4, "999"), (999.6, "1.00 k")] {
-            assert_eq!(si(number), text);
-        }
-        assert_eq!(si(4.123e6), "4.12 M");
-        assert_eq!(si(1.5e12), "1500 G");
-    }
-
-    #[test]
-    fn times_read_like_a_clock() {
-        assert_eq!([clock(0.4), clock(59.6), clock(187.0), clock(7387.0)], ["0 s", "1:00", "3:07", "2:03:07"]);
     }
 
     #[test]

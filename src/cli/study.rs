@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::flags::DeviceArgs;
-use super::progress::clock;
-use super::{engine, interrupt, print};
+use super::console::print;
+use super::device::DeviceArgs;
+use super::interrupt;
+use super::numbers::clock;
 use crate::error::Result;
 use crate::study::config;
 use crate::study::plan::{Plan, Work};
@@ -53,7 +54,7 @@ pub struct StudyArgs {
 /// finished has been written.
 pub fn run(args: &StudyArgs) -> Result<()> {
     let study = config::load(&args.study)?;
-    let runtime = engine::open(&args.device)?;
+    let runtime = args.device.open()?;
     let mut plan = Plan::new(&study, &runtime)?;
     if args.dry_run {
         return print(&outline(&plan));

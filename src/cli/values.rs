@@ -62,14 +62,13 @@ pub fn stops(text: &str) -> std::result::Result<f32, String> {
     stops.ok_or_else(|| "expected stops between -64 and 64, for example -1.5".into())
 }
 
-/// A number of bytes for people: `1.5 MiB`.
-pub fn bytes(count: u64) -> String {
-    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
-    // Below 1000 of a unit, so that three digits are always enough.
-    let power = (0..UNITS.len()).find(|p| count as f64 / 1024f64.powi(*p as i32) < 999.5).unwrap_or(UNITS.len() - 1);
-    let scaled = count as f64 / 1024f64.powi(power as i32);
-    let digits = if power == 0 || scaled >= 99.95 || scaled.fract() == 0.0 { 0 } else { 1 };
-    format!("{scaled:.digits$} {}", UNITS[power])
+/// Parses `2%` or `0.02`: greater than 0, at most 1.
+pub fn relative_error(text: &str) -> std::result::Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
+    let fraction = number.parse::<f64>().ok().map(|number| number * unit);
+    fraction
+        .filter(|x| *x > 0.0 && *x <= 1.0)
+        .ok_or_else(|| "expected a relative error such as 2% or 0.02, at most 100%".into())
 }
 
 /// Model of gathered glossy lobes.
@@ -267,12 +266,13 @@ mod tests {
     }
 
     #[test]
-    fn byte_counts() {
-        for (count, text) in [(0, "0 B"), (999, "999 B"), (1023, "1.0 KiB"), (1536, "1.5 KiB"), (1 << 27, "128 MiB")] {
-            assert_eq!(bytes(count), text);
+    fn relative_errors() {
+        for (text, value) in [("2%", 0.02), ("0.02", 0.02), ("2 %", 0.02), ("100%", 1.0), ("0.5%", 0.005)] {
+            assert!((relative_error(text).expect(text) - value).abs() < 1e-12, "{text}");
         }
-        assert_eq!(bytes(1000 << 20), "1.0 GiB");
-        assert_eq!(bytes(u64::MAX), "16777216 TiB");
+        for bad in ["", "%", "0", "-1%", "2", "101%", "nan", "inf%", "1%%", "x%"] {
+            assert!(relative_error(bad).is_err_and(|e| e.contains("2% or 0.02")), "{bad}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::flags_film::FilmOrder;
-use super::render::Watch;
+use super::monitor::Monitor;
 use crate::error::{Error, Result};
 use crate::film::film_file::{self, Difference, FilmFile, Identity, Packing, Totals};
 use crate::graph::Runtime;
@@ -14,7 +14,7 @@ use crate::picture::output::Destination;
 use crate::render::Session;
 
 /// The order of passes of a render, and what is kept of them.
-pub(super) struct Keeper<'a> {
+pub(super) struct Checkpoints<'a> {
     order: &'a FilmOrder,
     identity: Identity,
     devices: Vec<String>,
@@ -25,7 +25,7 @@ pub(super) struct Keeper<'a> {
     saved: Instant,
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> Checkpoints<'a> {
     /// Takes up the film that the user wants to go on with. The rendering time begins to run.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ impl<'a> Keeper<'a> {
         identity: Identity,
         session: &mut Session,
         runtime: &Runtime,
-        watch: &Watch,
+        monitor: &Monitor,
     ) -> Result<Self> {
         let info = runtime.device().info();
         let device = format!("{} ({})", info.name, info.driver);
@@ -56,7 +56,7 @@ impl<'a> Keeper<'a> {
             seconds_before = file.totals.seconds;
             let other = file.devices.iter().find(|name| **name != device);
             if let Some(other) = other {
-                watch.note(&format!(
+                monitor.note(&format!(
                     "warning: {} was rendered on {other}, this is {device}: its passes are as good, but the bits of the \
                      picture will be those of neither alone",
                     path.display()
@@ -86,7 +86,12 @@ impl<'a> Keeper<'a> {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn pass_done(&mut self, session: &Session, metadata: impl FnOnce() -> Metadata, watch: &Watch) -> Result<()> {
+    pub fn pass_done(
+        &mut self,
+        session: &Session,
+        metadata: impl FnOnce() -> Metadata,
+        monitor: &Monitor,
+    ) -> Result<()> {
         let Some(destination) = &self.order.checkpoint else { return Ok(()) };
         if self.saved.elapsed().as_secs_f64() < self.order.interval {
             return Ok(());
@@ -94,7 +99,7 @@ impl<'a> Keeper<'a> {
         self.saved = Instant::now();
         let file = self.file(session)?;
         if let Err(error) = save(destination, (&file.film.picture(), &metadata()), &file, Packing::Fast) {
-            watch.note(&format!("warning: no checkpoint: {error}"));
+            monitor.note(&format!("warning: no checkpoint: {error}"));
         }
         Ok(())
     }
@@ -120,7 +125,7 @@ fn check_same(path: &Path, file: &Identity, here: &Identity) -> Result<()> {
 ///
 /// # Errors
 /// Those of [`Destination::write`] and the encoder.
-pub(super) fn save(
+pub(in crate::cli) fn save(
     destination: &Destination,
     picture: (&Picture, &Metadata),
     file: &FilmFile,

@@ -2,11 +2,10 @@
 
 use serde_json::{Value, json};
 
-use super::bench::Machine;
-use super::progress::si;
-use super::values::bytes;
+use super::machine::Machine;
 use crate::bench::estimators::{Cell, Raced, SceneTable, Trial};
 use crate::bench::growth::{Curve, Growth, Part, Step, Variable};
+use crate::cli::numbers::{bytes, si};
 use crate::fit::Fit;
 
 /// Estimators side by side.

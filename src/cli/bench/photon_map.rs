@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::flags::DeviceArgs;
-use super::values::{self, Size};
-use super::{bench::spinner, engine};
 use crate::bench::{
     BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Queries, Radii, photon_map,
 };
+use crate::cli::console::{print, spinner};
+use crate::cli::device::DeviceArgs;
+use crate::cli::inputs::check_readable;
+use crate::cli::values::{self, Size};
 use crate::error::Result;
 use crate::scene::{self, Limits};
 use crate::vk::DeviceKind;
@@ -54,9 +55,9 @@ pub struct PhotonMapArgs {
 /// # Errors
 /// Those of the device, and of loading the scenes.
 pub fn run(args: &PhotonMapArgs) -> Result<()> {
-    args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
+    args.scenes.iter().try_for_each(|path| check_readable(path))?;
     let scenes = args.scenes.iter().map(|path| scene::load(path, &Limits::default())).collect::<Result<Vec<_>>>()?;
-    let runtime = engine::open(&args.device)?;
+    let runtime = args.device.open()?;
     let software = runtime.device().info().kind == DeviceKind::Software;
     let size = args.size.map_or(if software { [160, 120] } else { [512, 512] }, |size| [size.width, size.height]);
     let capped = |count: u64| count.min(u64::from(u32::MAX)) as u32;
@@ -67,7 +68,7 @@ pub fn run(args: &PhotonMapArgs) -> Result<()> {
         scenes.iter().map(|scene| photon_map(&runtime, scene, effort, &mut begin)).collect::<Result<Vec<_>>>()?;
     spinner.finish_and_clear();
     let tables = || reports.iter().map(text).collect::<Vec<_>>().join("\n\n");
-    super::print(&if args.json { format!("{:#}", reports.iter().map(as_json).collect::<Value>()) } else { tables() })
+    print(&if args.json { format!("{:#}", reports.iter().map(as_json).collect::<Value>()) } else { tables() })
 }
 
 fn text(report: &PhotonMapReport) -> String {

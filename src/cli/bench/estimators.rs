@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::bench::{Machine, spinner};
-use super::engine;
 use super::estimator_report::{GrowthReport, TableReport};
-use super::flags::DeviceArgs;
-use super::values::{self, FootprintRule, Size};
+use super::machine::Machine;
 use crate::bench::estimators::{SceneTable, Trial, table};
 use crate::bench::growth::{Growth, Part, Sizes, Variable, growth};
+use crate::cli::console::{print, spinner};
+use crate::cli::device::DeviceArgs;
+use crate::cli::inputs::check_readable;
+use crate::cli::values::{self, FootprintRule, Size};
 use crate::error::{Error, Result};
 use crate::graph::Runtime;
 use crate::render::Estimator;
@@ -97,9 +98,9 @@ pub fn run(args: &EstimatorsArgs) -> Result<()> {
             "only one of --json and --csv can go to standard output; name a file, --csv=FILE".into(),
         ));
     }
-    args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
+    args.scenes.iter().try_for_each(|path| check_readable(path))?;
     let scenes = args.scenes.iter().map(|path| scene::load(path, &Limits::default())).collect::<Result<Vec<_>>>()?;
-    let runtime = engine::open(&args.device)?;
+    let runtime = args.device.open()?;
     let machine = Machine::of(&runtime);
     let spinner = spinner();
     let mut begin = |what: &str| spinner.set_message(format!("measuring: {what}"));
@@ -136,7 +137,7 @@ fn trial(args: &EstimatorsArgs, runtime: &Runtime, scene: &Scene) -> Trial {
         size: args.size.map_or(default.size, |size| [size.width, size.height]),
         photons: args.photons.map(clamped).or(default.photons),
         passes: args.passes.map_or(default.passes, clamped),
-        footprint: engine::footprint(args.footprint, scene),
+        footprint: args.footprint.in_scene(scene),
         estimators: if args.estimators.is_empty() { default.estimators } else { args.estimators.clone() },
         most_pairs: args.brute_pairs.map_or(default.most_pairs, |n| n as f64),
     }
@@ -154,14 +155,14 @@ fn publish(
     for (file, content) in formats {
         match file.as_deref() {
             Some(path) if path == Path::new("-") => {
-                super::print(&content())?;
+                print(&content())?;
                 printed = true;
             }
             Some(path) => write(path, &content())?,
             None => {}
         }
     }
-    if printed { Ok(()) } else { super::print(&text()) }
+    if printed { Ok(()) } else { print(&text()) }
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{check_readable, values};
+use crate::cli::inputs::check_readable;
+use crate::cli::values;
 use crate::error::Result;
 use crate::picture::output::Destination;
 

@@ -2,11 +2,14 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::error::Error;
 use crate::picture::post::bloom::Bloom;
 use crate::picture::post::display::Display;
 use crate::picture::post::grade::Cdl;
 use crate::picture::post::ssao::Ssao;
 use crate::picture::tonemap::ToneMap;
+use crate::render::Lens;
+use crate::scene::{Camera, Projection};
 
 /// Size of an aperture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +47,26 @@ pub struct LensArgs {
     /// How depth of field is made
     #[arg(long, value_name = "HOW", value_enum, default_value_t, requires = "aperture")]
     pub depth_of_field: DepthOfField,
+}
+
+impl LensArgs {
+    /// The lens that the flags ask of this camera.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a camera that is not a perspective one.
+    pub fn lens(&self, camera: &Camera) -> crate::error::Result<Option<Lens>> {
+        let (Some(aperture), Some(focus)) = (self.aperture, self.focus) else { return Ok(None) };
+        let Projection::Perspective { yfov, .. } = camera.projection else {
+            return Err(Error::Usage(format!(
+                "--aperture needs a perspective camera, and '{}' is orthographic",
+                camera.name
+            )));
+        };
+        Ok(Some(match aperture {
+            Aperture::FNumber(number) => Lens::from_f_number(number, focus, yfov),
+            Aperture::Radius(radius) => Lens { radius, focus },
+        }))
+    }
 }
 
 /// Optional passes over the finished picture.

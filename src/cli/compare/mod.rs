@@ -1,11 +1,15 @@
 //! `nephroid compare`: the difference between two pictures.
 
+mod limits;
+mod report;
+
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use super::compare_limits::{self, Limit};
-use super::compare_report::{Comparison, HeatMap};
+use self::limits::Limit;
+use self::report::{Comparison, HeatMap, HeatMapOf};
+use super::console::print;
 use crate::compare::flip::{self, PIXELS_PER_DEGREE};
 use crate::compare::heat_map::{self, Scale};
 use crate::compare::metrics::{self, block_means, compare};
@@ -50,7 +54,7 @@ pub struct CompareArgs {
 
     /// Exit with code 5 if a measure is above a limit; may be given more than once. METRIC is mse, relmse,
     /// relmse_trimmed, smape, max, flip, hdr_flip, or mean_ratio for |mean ratio - 1|
-    #[arg(long, value_name = "METRIC=LIMIT", value_parser = compare_limits::limit)]
+    #[arg(long, value_name = "METRIC=LIMIT", value_parser = limits::limit)]
     fail_above: Vec<Limit>,
 
     /// Leave out FLIP, which takes most of the time
@@ -70,22 +74,8 @@ pub struct CompareArgs {
     heat_map_of: HeatMapOf,
 
     /// Where the colours of the heat map end [default: 1 for FLIP, otherwise what 99.9 % of the pixels stay below]
-    #[arg(long, value_name = "ERROR", value_parser = compare_limits::positive, requires = "heat_map")]
+    #[arg(long, value_name = "ERROR", value_parser = limits::positive, requires = "heat_map")]
     heat_map_max: Option<f64>,
-}
-
-/// `--heat-map-of`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum HeatMapOf {
-    /// Root of the relative squared error: dark violet (none), red, pale yellow
-    Relative,
-    /// The same with its sign: blue where the picture is too dark, red where it is too bright
-    Signed,
-    /// FLIP of what a display shows without a tone curve
-    Flip,
-    /// FLIP, the worst over the exposures that suit the reference
-    HdrFlip,
 }
 
 /// Reads both pictures, prints their difference and writes the heat map.
@@ -109,7 +99,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(output) = heat_map {
         comparison.heat_map = Some(pictures.heat_map(output.destination(), &comparison)?);
     }
-    super::print(&if args.json { comparison.json()? } else { comparison.table() })?;
+    print(&if args.json { comparison.json()? } else { comparison.table() })?;
     exceeded.map_or(Ok(()), Err)
 }
 

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::progress::{Limit, Status};
+use crate::cli::numbers::percent;
+use crate::cli::progress::{Limit, Status};
 use crate::film::error_estimate::ErrorEstimate;
 use crate::picture::exr::{Metadata, Value};
 
@@ -17,7 +18,7 @@ const LEAST_PASSES: u64 = 8;
 
 /// Why a render ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopReason {
     /// The estimated error reached the target.
     Target,
     /// The time was up.
@@ -28,7 +29,7 @@ pub enum Stop {
     Interrupted,
 }
 
-impl Stop {
+impl StopReason {
     /// For metadata and reports.
     pub fn reason(self) -> &'static str {
         match self {
@@ -56,7 +57,7 @@ pub struct Outcome {
     /// Estimated relative error of the picture, [`ErrorEstimate::relative`].
     pub error: Option<f64>,
     /// Why it ended.
-    pub stop: Stop,
+    pub stop: StopReason,
 }
 
 impl Outcome {
@@ -82,24 +83,8 @@ impl Outcome {
     }
 }
 
-/// Two digits: `1.3 %`, `0.021 %`, `120 %`.
-pub fn percent(fraction: f64) -> String {
-    let hundredths = 100.0 * fraction;
-    let digits = if hundredths > 0.0 { (1.0 - hundredths.log10().floor()).clamp(0.0, 9.0) as usize } else { 1 };
-    format!("{hundredths:.digits$} %")
-}
-
-/// Parses `2%` or `0.02`: greater than 0, at most 1.
-pub fn fraction(text: &str) -> std::result::Result<f64, String> {
-    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
-    let fraction = number.parse::<f64>().ok().map(|number| number * unit);
-    fraction
-        .filter(|x| *x > 0.0 && *x <= 1.0)
-        .ok_or_else(|| "expected a relative error such as 2% or 0.02, at most 100%".into())
-}
-
 /// Follows the error of a render and decides when it ends.
-pub struct Judge {
+pub struct StopRule {
     limit: Limit,
     target: Option<f64>,
     /// Whether anybody wants estimates.
@@ -112,7 +97,7 @@ pub struct Judge {
     met: u32,
 }
 
-impl Judge {
+impl StopRule {
     /// For a render with these limits; `shown`: its progress is shown.
     pub fn new(limit: Limit, target: Option<f64>, shown: bool) -> Self {
         Self { limit, target, estimates: shown || target.is_some(), history: vec![], next: (4, 0.0), met: 0 }
@@ -144,15 +129,15 @@ impl Judge {
     }
 
     /// Whether the render ends here, and why.
-    pub fn decide(&self, status: &Status) -> Option<Stop> {
+    pub fn decide(&self, status: &Status) -> Option<StopReason> {
         // Two in sequence: a single estimate below the target may be luck.
         if self.met >= 2 {
-            return Some(Stop::Target);
+            return Some(StopReason::Target);
         }
         if self.limit.passes.is_some_and(|limit| status.passes >= limit) {
-            return Some(Stop::Passes);
+            return Some(StopReason::Passes);
         }
-        self.limit.seconds.is_some_and(|limit| status.seconds >= limit).then_some(Stop::Time)
+        self.limit.seconds.is_some_and(|limit| status.seconds >= limit).then_some(StopReason::Time)
     }
 
     /// Passes from `passes` on until the error is at `target`, along a line through the last estimates in logarithms.
@@ -189,17 +174,17 @@ mod tests {
 
     const NO_LIMIT: Limit = Limit { passes: None, seconds: None };
 
-    /// Feeds a judge with estimates where they are due, until it decides.
-    fn run(judge: &mut Judge, error: impl Fn(u64) -> Option<f64>, cost: f64) -> (u64, Option<Stop>, u32) {
+    /// Feeds a rule with estimates where they are due, until it decides.
+    fn run(rule: &mut StopRule, error: impl Fn(u64) -> Option<f64>, cost: f64) -> (u64, Option<StopReason>, u32) {
         let mut estimates = 0;
         for passes in 1..100_000 {
             let mut status = status(passes);
-            if judge.is_due(&status) {
-                judge.record(&status, error(passes), Duration::from_secs_f64(cost));
+            if rule.is_due(&status) {
+                rule.record(&status, error(passes), Duration::from_secs_f64(cost));
                 estimates += 1;
             }
-            judge.complete(&mut status);
-            if let Some(stop) = judge.decide(&status) {
+            rule.complete(&mut status);
+            if let Some(stop) = rule.decide(&status) {
                 return (passes, Some(stop), estimates);
             }
         }
@@ -207,27 +192,23 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_read_and_shown() {
-        for (text, value) in [("2%", 0.02), ("0.02", 0.02), ("2 %", 0.02), ("100%", 1.0), ("0.5%", 0.005)] {
-            assert!((fraction(text).expect(text) - value).abs() < 1e-12, "{text}");
-        }
-        for bad in ["", "%", "0", "-1%", "2", "101%", "nan", "inf%", "1%%", "x%"] {
-            assert!(fraction(bad).is_err_and(|e| e.contains("2% or 0.02")), "{bad}");
-        }
-        assert_eq!([0.013, 0.000_21, 1.2, 0.0, 0.1].map(percent), ["1.3 %", "0.021 %", "120 %", "0.0 %", "10 %"]);
-    }
-
-    #[test]
     fn the_target_ends_a_render_once_it_is_sure() {
         let error = |passes: u64| Some(0.1 / (passes as f64).sqrt());
-        let (passes, stop, _) = run(&mut Judge::new(NO_LIMIT, Some(0.005), false), error, 0.0);
-        assert_eq!(stop, Some(Stop::Target));
+        let (passes, stop, _) = run(&mut StopRule::new(NO_LIMIT, Some(0.005), false), error, 0.0);
+        assert_eq!(stop, Some(StopReason::Target));
         assert!((400..=520).contains(&passes), "{passes}");
-        let few = run(&mut Judge::new(NO_LIMIT, Some(0.5), false), error, 0.0);
-        assert!(few.0 >= LEAST_PASSES && few.1 == Some(Stop::Target), "not before {LEAST_PASSES} passes: {few:?}");
+        let few = run(&mut StopRule::new(NO_LIMIT, Some(0.5), false), error, 0.0);
+        assert!(
+            few.0 >= LEAST_PASSES && few.1 == Some(StopReason::Target),
+            "not before {LEAST_PASSES} passes: {few:?}"
+        );
         let lucky = |passes| Some(if passes == 16 { 0.0 } else { 0.1 });
-        assert_eq!(run(&mut Judge::new(NO_LIMIT, Some(0.01), false), lucky, 0.0).1, None, "one estimate is not enough");
-        let black = run(&mut Judge::new(NO_LIMIT, Some(0.01), false), |_| None, 0.0);
+        assert_eq!(
+            run(&mut StopRule::new(NO_LIMIT, Some(0.01), false), lucky, 0.0).1,
+            None,
+            "one estimate is not enough"
+        );
+        let black = run(&mut StopRule::new(NO_LIMIT, Some(0.01), false), |_| None, 0.0);
         assert_eq!(black.1, None, "a black picture is not a finished one");
     }
 
@@ -235,17 +216,17 @@ mod tests {
     fn limits_cap_the_target() {
         let error = |_| Some(0.1);
         let limit = Limit { passes: Some(40), seconds: Some(100.0) };
-        assert_eq!(run(&mut Judge::new(limit, Some(0.01), true), error, 0.0), (40, Some(Stop::Passes), 21));
+        assert_eq!(run(&mut StopRule::new(limit, Some(0.01), true), error, 0.0), (40, Some(StopReason::Passes), 21));
         let limit = Limit { seconds: Some(10.0), ..limit };
-        assert_eq!(run(&mut Judge::new(limit, Some(0.01), true), error, 0.0).1, Some(Stop::Time));
-        assert_eq!(run(&mut Judge::new(limit, None, false), error, 0.0).2, 0, "nobody asked");
+        assert_eq!(run(&mut StopRule::new(limit, Some(0.01), true), error, 0.0).1, Some(StopReason::Time));
+        assert_eq!(run(&mut StopRule::new(limit, None, false), error, 0.0).2, 0, "nobody asked");
     }
 
     #[test]
     fn estimates_take_little_of_the_time() {
         let limit = Limit { passes: Some(10_000), seconds: None };
         for cost in [0.0, 0.1, 10.0] {
-            let (passes, _, estimates) = run(&mut Judge::new(limit, None, true), |_| Some(0.1), cost);
+            let (passes, _, estimates) = run(&mut StopRule::new(limit, None, true), |_| Some(0.1), cost);
             let share = f64::from(estimates - 1) * cost / (passes as f64 * 0.5);
             assert!(estimates > 1 && estimates < 100 && share <= 0.02, "{estimates} estimates of {cost} s: {share}");
         }
@@ -254,36 +235,36 @@ mod tests {
     #[test]
     fn the_rest_is_extrapolated_along_the_slope() {
         for exponent in [-0.5, -1.0 / 3.0] {
-            let mut judge = Judge::new(NO_LIMIT, Some(0.01), true);
+            let mut rule = StopRule::new(NO_LIMIT, Some(0.01), true);
             for passes in [10, 20, 40] {
-                judge.record(&status(passes), Some((passes as f64).powf(exponent)), Duration::ZERO);
+                rule.record(&status(passes), Some((passes as f64).powf(exponent)), Duration::ZERO);
             }
             let mut status = status(50);
-            judge.complete(&mut status);
+            rule.complete(&mut status);
             let (left, expected) = (status.left.expect("known"), (0.01f64.powf(1.0 / exponent) - 50.0) * 0.5);
             assert!((left / expected - 1.0).abs() < 1e-9, "{left} {expected}");
             assert_eq!(status.error, Some(40f64.powf(exponent)));
         }
-        let mut judge = Judge::new(NO_LIMIT, Some(0.01), true);
+        let mut rule = StopRule::new(NO_LIMIT, Some(0.01), true);
         let mut first = status(4);
-        judge.complete(&mut first);
+        rule.complete(&mut first);
         assert_eq!((first.left, first.error), (None, None));
-        judge.record(&first, Some(0.02), Duration::ZERO);
-        judge.complete(&mut first);
+        rule.record(&first, Some(0.02), Duration::ZERO);
+        rule.complete(&mut first);
         assert!((first.left.expect("by the usual slope") - (32.0 - 4.0) * 0.5).abs() < 1e-9);
         // An error that grows by chance still has an end.
-        judge.record(&status(5), Some(0.021), Duration::ZERO);
-        judge.record(&status(6), Some(0.022), Duration::ZERO);
-        judge.complete(&mut first);
+        rule.record(&status(5), Some(0.021), Duration::ZERO);
+        rule.record(&status(6), Some(0.022), Duration::ZERO);
+        rule.complete(&mut first);
         assert!(first.left.is_some_and(|left| left.is_finite() && left > 0.0));
     }
 
     #[test]
     fn an_outcome_is_told_in_words_and_in_numbers() {
-        let outcome = Outcome { error: Some(0.0134), stop: Stop::Time };
+        let outcome = Outcome { error: Some(0.0134), stop: StopReason::Time };
         assert_eq!(outcome.describe(), "error 1.3 % (estimated), stopped by time");
         assert_eq!(outcome.metadata()["estimated_error"], Value::Number(0.0134));
-        let unknown = Outcome { error: None, stop: Stop::Target };
+        let unknown = Outcome { error: None, stop: StopReason::Target };
         assert_eq!(unknown.describe(), "error unknown, stopped at the target error");
         assert_eq!(unknown.metadata()["stop_reason"], Value::Text("target error reached".into()));
         assert!(!unknown.metadata().contains_key("estimated_error"));

@@ -1,12 +1,62 @@
-//! Groups of flags, one struct each.
+//! Flags of a render, one struct for each group.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::values::{self, Aov, Bsdf, Size};
+use super::flags_film::FilmArgs;
+use super::flags_post::{LensArgs, PostArgs};
+use crate::cli::device::DeviceArgs;
+use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
+
+const EXAMPLES: &str = "\
+Examples:
+  nephroid render cup.glb -o cup.png                     an error of 1 % or 30 s, 640x480
+  nephroid render cup.glb -o cup.exr --target-error 0.5% --time 1h
+  nephroid render cup.glb -o cup.exr -o cup.png --size 1920x1080 --time 10m
+  nephroid render ring.gltf -o ring.exr --passes 256 --aov caustic,depth --seed 7
+  nephroid render car.gltf -o car.png --environment sky.exr --exposure -1
+  nephroid render chess.glb -o chess.png --aperture f/2.8 --focus 0.4 --bloom 0.05
+  nephroid render hall.glb -o hall.exr --time 8h --checkpoint hall.film.exr --resume hall.film.exr
+  nephroid render hall.glb -o part-1.exr --pass-range 64..128     a part, for `nephroid merge`
+
+Ctrl-C ends a render early and writes what is finished; a second Ctrl-C writes nothing.";
+
+/// Flags of `nephroid render`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RenderArgs {
+    /// glTF 2.0 scene (.gltf or .glb)
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArgs,
+    /// What is seen.
+    #[command(flatten)]
+    pub view: ViewArgs,
+    /// Through which lens.
+    #[command(flatten)]
+    pub lens: LensArgs,
+    /// How much is computed.
+    #[command(flatten)]
+    pub effort: EffortArgs,
+    /// What is kept to go on with.
+    #[command(flatten)]
+    pub film: FilmArgs,
+    /// Light and how it is estimated.
+    #[command(flatten)]
+    pub light: LightArgs,
+    /// Where it is computed.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// What is done to the picture after it.
+    #[command(flatten)]
+    pub post: PostArgs,
+}
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -62,7 +112,7 @@ pub struct EffortArgs {
     /// relative error, noise and bias together. --time and --passes are caps; without them a target alone renders until it is
     /// reached (Ctrl-C writes what is finished)
     /// [default: 1% without --passes and --time, otherwise none]
-    #[arg(long, value_name = "ERROR", value_parser = super::stop::fraction, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ERROR", value_parser = values::relative_error, allow_negative_numbers = true)]
     pub target_error: Option<f64>,
 
     /// Passes to render; each refines the whole picture. With --time, what comes first ends the render
@@ -160,18 +210,4 @@ pub struct LightArgs {
     /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 2.8]
     #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
     pub global_smoothing: Option<f32>,
-}
-
-/// The choice of a device.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Device")]
-pub struct DeviceArgs {
-    /// Device to use: an index of `nephroid devices`, a part of its name, or `cpu`
-    /// [default: the one that `nephroid devices` names: discrete, then integrated, then software]
-    #[arg(long, value_name = "DEVICE")]
-    pub device: Option<String>,
-
-    /// Load the Vulkan validation layers and fail on their first message (slow)
-    #[arg(long)]
-    pub validate: bool,
 }

@@ -2,8 +2,7 @@
 
 use clap::ValueEnum;
 
-use super::compare::HeatMapOf;
-use super::compare_limits::{Limit, Metric};
+use super::limits::{Limit, Metric};
 use crate::compare::flip::{Exposures, Flip};
 use crate::compare::heat_map::Scale;
 use crate::compare::metrics::{self, Metrics};
@@ -37,6 +36,20 @@ pub struct HeatMap {
     /// What the first and the last colour mean.
     #[serde(flatten)]
     pub scale: Scale,
+}
+
+/// What a heat map shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeatMapOf {
+    /// Root of the relative squared error: dark violet (none), red, pale yellow
+    Relative,
+    /// The same with its sign: blue where the picture is too dark, red where it is too bright
+    Signed,
+    /// FLIP of what a display shows without a tone curve
+    Flip,
+    /// FLIP, the worst over the exposures that suit the reference
+    HdrFlip,
 }
 
 impl Comparison {
@@ -136,7 +149,7 @@ impl HeatMap {
 
 #[cfg(test)]
 mod tests {
-    use super::super::compare_limits::limit;
+    use super::super::limits::limit;
     use super::*;
     use crate::compare::flip;
     use crate::compare::metrics::compare;

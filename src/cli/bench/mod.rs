@@ -1,22 +1,24 @@
 //! `nephroid bench`: the speed of each kernel beside its floor; its subcommands have files of their own.
 
-use std::io::IsTerminal;
+mod estimator_report;
+mod estimators;
+mod machine;
+mod photon_map;
+
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
-use super::bench_estimators::{self, EstimatorsArgs};
-use super::bench_photon_map::{self, PhotonMapArgs};
-use super::engine;
-use super::flags::DeviceArgs;
-use super::progress::si;
-use super::values::bytes;
+use self::estimators::EstimatorsArgs;
+use self::machine::Machine;
+use self::photon_map::PhotonMapArgs;
+use super::console::{print, spinner};
+use super::device::DeviceArgs;
+use super::inputs::check_readable;
+use super::numbers::{bytes, si};
 use crate::bench::{self, Effort, Floor, Rate, SceneReport, Yardstick, blobs};
 use crate::error::Result;
-use crate::graph::Runtime;
 use crate::scene::{self, Limits};
 
 const EXAMPLES: &str = "\
@@ -71,21 +73,21 @@ pub enum Table {
 /// Those of the device, and of loading the scenes.
 pub fn run(args: &BenchArgs) -> Result<()> {
     match &args.table {
-        Some(Table::PhotonMap(args)) => bench_photon_map::run(args),
-        Some(Table::Estimators(args)) => bench_estimators::run(args),
+        Some(Table::PhotonMap(args)) => photon_map::run(args),
+        Some(Table::Estimators(args)) => estimators::run(args),
         None => rates(args),
     }
 }
 
 fn rates(args: &BenchArgs) -> Result<()> {
-    args.scenes.iter().try_for_each(|path| super::check_readable(path))?;
+    args.scenes.iter().try_for_each(|path| check_readable(path))?;
     // All are loaded before anything is measured: a bad one is found now rather than in ten minutes.
     let mut loaded =
         args.scenes.iter().map(|path| scene::load(path, &Limits::default())).collect::<Result<Vec<_>>>()?;
     if loaded.is_empty() {
         loaded.push(if args.quick { blobs(8, 16) } else { blobs(128, 256) });
     }
-    let open = || engine::open(&args.device);
+    let open = || args.device.open();
     let runtime = open()?;
     let effort = if args.quick { Effort::quick() } else { Effort::full(&runtime) };
     let spinner = spinner();
@@ -96,70 +98,7 @@ fn rates(args: &BenchArgs) -> Result<()> {
     let scenes = loaded.iter().map(|scene| bench::scene(&open, effort, scene, &mut begin)).collect::<Result<_>>()?;
     spinner.finish_and_clear();
     let report = Report { machine, effort, yardstick, primitives, scenes };
-    super::print(&if args.json { format!("{:#}", report.json()) } else { report.text() })
-}
-
-/// On a terminal only: elsewhere nobody watches it turn.
-pub(super) fn spinner() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let spinner = ProgressBar::new_spinner();
-    spinner.enable_steady_tick(Duration::from_millis(100));
-    spinner
-}
-
-/// What was measured on.
-pub(super) struct Machine {
-    device: String,
-    driver: String,
-    kind: String,
-    cores: usize,
-    load: Option<f64>,
-}
-
-impl Machine {
-    pub(super) fn of(runtime: &Runtime) -> Self {
-        let info = runtime.device().info();
-        // Linux only; elsewhere unknown.
-        let load = std::fs::read_to_string("/proc/loadavg").ok();
-        Self {
-            device: info.name.clone(),
-            driver: info.driver.clone(),
-            kind: info.kind.to_string(),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
-            load: load.and_then(|text| text.split_whitespace().next()?.parse().ok()),
-        }
-    }
-
-    #[cfg(test)]
-    pub(super) fn example() -> Self {
-        Self { device: "d".into(), driver: "v".into(), kind: "software".into(), cores: 2, load: None }
-    }
-
-    /// The first lines of every table.
-    pub(super) fn lines(&self) -> Vec<String> {
-        let Self { device, driver, kind, cores, load } = self;
-        let load = load.map_or(String::new(), |load| format!(", load average {load:.2}"));
-        vec![
-            format!("{device}, {kind}, driver {driver}"),
-            format!("{cores} CPU threads{load}; nephroid {}", env!("CARGO_PKG_VERSION")),
-        ]
-    }
-
-    /// The same as members of an object.
-    pub(super) fn json(&self) -> serde_json::Map<String, Value> {
-        let Self { device, driver, kind, cores, load } = self;
-        let members = [
-            ("version", json!(env!("CARGO_PKG_VERSION"))),
-            ("device", json!(device)),
-            ("driver", json!(driver)),
-            ("kind", json!(kind)),
-            ("cpu_threads", json!(cores)),
-            ("load_average", json!(load)),
-        ];
-        members.map(|(name, value)| (name.to_owned(), value)).into_iter().collect()
-    }
+    print(&if args.json { format!("{:#}", report.json()) } else { report.text() })
 }
 
 /// Everything that is printed.

@@ -1,0 +1,29 @@
+//! Standard output and the terminal.
+
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::ProgressBar;
+
+use crate::error::{Error, Result};
+
+/// Prints to standard output. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
+pub(super) fn print(text: &str) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io("standard output", "write", source))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// On a terminal only: elsewhere nobody watches it turn.
+pub(super) fn spinner() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(Duration::from_millis(100));
+    spinner
+}

@@ -1,0 +1,84 @@
+//! The content of `--report`.
+
+use super::stop_rule::StopReason;
+use crate::error::Result;
+use crate::graph::{Runtime, Timing};
+use crate::picture::exr::RenderInfo;
+use crate::render::Session;
+use crate::scene;
+
+/// Times of a render in seconds, why it ended, and the device's timeline.
+pub(super) struct Measured {
+    pub loaded: f64,
+    pub prepared: f64,
+    pub seconds: f64,
+    pub stop: StopReason,
+    pub trace: Vec<Timing>,
+}
+
+/// Counts, times, memory and warnings.
+///
+/// # Errors
+/// Those of the device.
+pub(super) fn report(
+    session: &Session,
+    info: &RenderInfo,
+    measured: &Measured,
+    runtime: &Runtime,
+) -> Result<serde_json::Value> {
+    let statistics = session.statistics()?;
+    let (caustic, global) = session.photons_per_pass();
+    let needs = scene::Needs::of(session.scene());
+    let counters: serde_json::Map<_, _> =
+        statistics.counters.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
+    let structure: serde_json::Map<_, _> =
+        statistics.structure_counts.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
+    let memory = runtime.device().memory();
+    let scopes = scope_seconds(&session.timings());
+    Ok(serde_json::json!({
+        "scene": info.scene, "device": info.device, "version": env!("CARGO_PKG_VERSION"), "seed": info.seed,
+        "passes": statistics.passes, "seconds": info.seconds,
+        "seconds_loading": measured.loaded, "seconds_preparing": measured.prepared,
+        "photons_emitted": statistics.photons, "photons_stored": statistics.deposits,
+        "photons_per_pass": { "caustic": caustic, "global": global },
+        "photons_truncated": statistics.photons_truncated,
+        "eye_paths_truncated": statistics.eye_paths_truncated,
+        "passes_repeated": statistics.repeated,
+        "values_not_finite": statistics.rejected,
+        "guards": counters, "estimator": estimator(session, structure.into()),
+        "kept": needs.kept(), "left_out": needs.left_out(),
+        "leaf_photons": session.leaf_photons(),
+        "plan_passes": session.plan_passes(),
+        "bytes": {
+            "device_peak": memory.peak,
+            "transients": session.transient_bytes(),
+            "scene": session.device_scene().sizes().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect::<serde_json::Map<String, serde_json::Value>>(),
+        },
+        "seconds_of_last_pass": scopes,
+        "warnings": session.scene().warnings,
+    }))
+}
+
+/// The estimator by name, what it counted, and its bytes per photon that the map has room for.
+fn estimator(session: &Session, counts: serde_json::Value) -> serde_json::Value {
+    let bytes = session.estimator_bytes().map(|bytes| {
+        serde_json::json!({
+            "kept_per_photon": bytes.kept_per_photon, "scratch_per_photon": bytes.scratch_per_photon,
+            "deposits_per_photon": bytes.deposits_per_photon, "fixed": bytes.fixed,
+        })
+    });
+    serde_json::json!({ "name": session.estimator().name(), "counts": counts, "bytes": bytes })
+}
+
+/// Seconds of the last pass by outermost scope.
+fn scope_seconds(timings: &[Timing]) -> serde_json::Value {
+    let mut sums: Vec<(String, f64)> = Vec::new();
+    for timing in timings.iter().filter(|t| t.depth == 0) {
+        let seconds = timing.end_ns.saturating_sub(timing.start_ns) as f64 * 1e-9;
+        match sums.iter_mut().find(|(name, _)| *name == timing.name) {
+            Some((_, sum)) => *sum += seconds,
+            None => sums.push((timing.name.clone(), seconds)),
+        }
+    }
+    sums.into_iter().map(|(name, s)| (name, s.into())).collect::<serde_json::Map<_, _>>().into()
+}

@@ -1,0 +1,78 @@
+//! A checked order to the renderer.
+
+use std::path::PathBuf;
+
+use super::flags::{EffortArgs, LightArgs, RenderArgs, ViewArgs};
+use super::flags_film::FilmOrder;
+use super::flags_post::{LensArgs, PostArgs};
+use super::stop_rule::DEFAULT_TARGET;
+use crate::cli::device::DeviceArgs;
+use crate::cli::inputs::check_readable;
+use crate::cli::progress::Limit;
+use crate::cli::values::Aov;
+use crate::error::Result;
+
+/// Rendering time where neither passes nor time nor error are given, in seconds.
+const DEFAULT_SECONDS: f64 = 30.0;
+
+/// What is to be rendered, and when that ends.
+#[derive(Debug)]
+pub struct Request {
+    /// Scene file; it can be opened.
+    pub scene: PathBuf,
+    /// Size, camera, layers.
+    pub view: ViewArgs,
+    /// Aperture and focus.
+    pub lens: LensArgs,
+    /// Passes over the finished picture.
+    pub post: PostArgs,
+    /// Environment and kernel; the environment can be opened.
+    pub light: LightArgs,
+    /// Photons per pass, if the user has a wish.
+    pub photons: Option<u64>,
+    /// Seed.
+    pub seed: u64,
+    /// When to end.
+    pub limit: Limit,
+    /// Relative error at which to end, too.
+    pub target_error: Option<f64>,
+    /// What is kept to go on with; its files can be read and written.
+    pub film: FilmOrder,
+    /// Device and validation.
+    pub device: DeviceArgs,
+    /// Whether a trace shall be recorded.
+    pub wants_trace: bool,
+}
+
+impl Request {
+    /// Checks the flags and the files that are read.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Io`] and [`crate::error::Error::Scene`] for files that cannot be read or written.
+    pub fn new(args: &RenderArgs) -> Result<Self> {
+        check_readable(&args.scene)?;
+        args.light.environment.iter().try_for_each(|path| check_readable(path))?;
+        let EffortArgs { target_error, passes, time, photons, seed } = args.effort;
+        let film = args.film.order()?;
+        let passes = film.range.as_ref().map(|range| range.end - range.start).or(passes);
+        let is_open = target_error.is_none() && passes.is_none() && time.is_none();
+        let seconds = time.or(is_open.then_some(DEFAULT_SECONDS));
+        let target_error = target_error.or(is_open.then_some(DEFAULT_TARGET));
+        let mut view = args.view.clone();
+        view.aov = Aov::resolve(&view.aov);
+        Ok(Self {
+            scene: args.scene.clone(),
+            view,
+            lens: args.lens.clone(),
+            post: args.post.clone(),
+            light: args.light.clone(),
+            photons,
+            seed,
+            limit: Limit { passes, seconds },
+            target_error,
+            film,
+            device: args.device.clone(),
+            wants_trace: args.output.trace.is_some(),
+        })
+    }
+}
