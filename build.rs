@@ -1,4 +1,5 @@
-//! Compiles every kernel of glsl/kernels, reflects it, and emits one Rust file that `src/kernels/generated.rs` includes.
+//! Compiles every kernel of glsl/kernels, reflects it, and emits one Rust file that `src/kernels/generated.rs` includes;
+//! reads the constants that host and kernels share, and emits them for `src/constants.rs`.
 
 #[path = "src/shader/mod.rs"]
 mod shader;
@@ -33,5 +34,7 @@ fn run() -> Result<(), String> {
         kernels.push(kernel);
     }
     let text = shader::emit(&kernels)?;
-    fs::write(out.join("kernels.rs"), text).map_err(|e| format!("kernels.rs: {e}"))
+    fs::write(out.join("kernels.rs"), text).map_err(|e| format!("kernels.rs: {e}"))?;
+    let constants = shader::constants::emit(&shader::constants::read(&root)?);
+    fs::write(out.join("constants.rs"), constants).map_err(|e| format!("constants.rs: {e}"))
 }

@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod cli;
 pub mod compare;
+pub mod constants;
 pub mod draw_state;
 pub mod error;
 pub mod film;

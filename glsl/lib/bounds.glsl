@@ -130,7 +130,7 @@ vec4 polygon_corner(Ball b, View v, Rows rows, uint index, uint corners) {
 
 // Icosahedra in space ----------------------------------------------------------------------------------------------
 
-const uint ICOSAHEDRON_CORNERS = 60u; // of twenty triangles
+const uint ICOSAHEDRON_CORNERS = 60u; /// Corners of the twenty triangles of an icosahedron.
 
 // Around the unit ball.
 const float A = 0.66158454;

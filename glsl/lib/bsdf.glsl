@@ -5,8 +5,8 @@
 //   glass     smooth or rough dielectric boundary, or a thin sheet   followed
 // "Gathered" lobes take photons and shadow rays; "followed" ones continue eye and photon paths.
 
-const float ALPHA_SMOOTH = 1e-3; // below it GGX and the mirror agree to float precision of the half vector
-const float ALPHA_GATHER = 0.1;  // above it a glossy lobe is wide enough for density estimation
+const float ALPHA_SMOOTH = 1e-3; /// Below it GGX and the mirror agree to float precision of the half vector
+const float ALPHA_GATHER = 0.1; /// Above it a glossy lobe is wide enough for density estimation
 
 // Gathered glossy lobes after Blinn and Phong instead of GGX, for comparison with Mara, Luebke and McGuire 2013.
 layout(constant_id = 15) const bool BLINN_PHONG = false;

@@ -20,9 +20,9 @@ layout(constant_id = 21) const bool COUNT_PAIRS = false;
 #include "lib/fold.glsl"
 #include "lib/point.glsl"
 
-const uint WEIGHT_CONSTANT = 0u;
-const uint WEIGHT_CONE = 1u;
-const uint WEIGHT_EPANECHNIKOV = 2u;
+const uint WEIGHT_CONSTANT = 0u; /// The same weight over the whole footprint.
+const uint WEIGHT_CONE = 1u; /// A cone with a flat top.
+const uint WEIGHT_EPANECHNIKOV = 2u; /// Epanechnikov's parabola.
 
 // Sums over photons, and counts of them if COUNT_PAIRS.
 struct Estimate {

@@ -1,14 +1,15 @@
 // From differentials to a stored photon: the ellipse in the surface's plane that the photon's flux is spread over.
 
 // Guards, counted in `counters`.
-const uint COUNT_MIN_RADIUS = 0u;  // footprints raised to the smallest radius: near a focus, or a beam without spread
-const uint COUNT_MAX_RADIUS = 1u;  // footprints cut to the largest radius
-const uint COUNT_ANISOTROPY = 2u;  // ellipses beyond MAX_ANISOTROPY
-const uint COUNT_GRAZING = 3u;     // deposits refused because the photon grazes to within float precision
-const uint COUNT_OVERFLOW = 4u;    // photons that did not fit; the pass is repeated with more room
-const uint COUNT_NOT_FINITE = 5u;  // photons whose flux or footprint is not finite
+const uint COUNT_MIN_RADIUS = 0u;  /// Footprints raised to the smallest radius: near a focus, or a beam without spread.
+const uint COUNT_MAX_RADIUS = 1u;  /// Footprints cut to the largest radius.
+const uint COUNT_ANISOTROPY = 2u;  /// Ellipses beyond MAX_ANISOTROPY.
+const uint COUNT_GRAZING = 3u;     /// Deposits refused because the photon grazes to within float precision.
+const uint COUNT_OVERFLOW = 4u;    /// Photons that did not fit; the pass is repeated with more room.
+const uint COUNT_NOT_FINITE = 5u;  /// Photons whose flux or footprint is not finite.
+const uint COUNTERS = 6u;          /// Number of the guards' counters.
 
-const float MAX_ANISOTROPY = 1000.0;
+const float MAX_ANISOTROPY = 1000.0; // longer over shorter semiaxis
 const float MIN_RADIUS = 1e-4; // in scene radii, at the first pass
 
 struct Ellipse {

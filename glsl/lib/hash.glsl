@@ -9,9 +9,9 @@
 // Bits of a cell's hash; fewer only to make tests meet cells that share one.
 layout(constant_id = 23) const uint HASH_BITS = 28;
 
-const uint HASH_LEVELS = 16u;
-const uint HASH_NONE = 0xffffffffu; // no key
-const uint HASH_LEVEL_SHIFT = 28u;
+const uint HASH_LEVELS = 16u; /// Levels of cells of the hash grid.
+const uint HASH_NONE = 0xffffffffu; /// No key of the hash grid.
+const uint HASH_LEVEL_SHIFT = 28u; /// Bits of a key below its level: the hash of a cell.
 
 // A slot of the table: an empty one has HASH_NONE for a key.
 struct HashSlot {

@@ -12,9 +12,9 @@ layout(constant_id = 23) const uint NEIGHBOURS = 64; // k
 
 // From the centre of a footprint to its farthest point, in longer semiaxes: sqrt(1 + SLAB^2), rounded up.
 const float REACH = 1.1181;
-// Least radius of a disc, in the longer semiaxes of each of its photons: more than k photons at the point itself would be
-// infinitely bright.
-const float LEAST_RADIUS = 1.0 / 256.0;
+/// Least radius of a disc, in the longer semiaxes of each of its photons: more than k photons at the point itself would
+/// be infinitely bright.
+const float KNN_LEAST_RADIUS = 1.0 / 256.0;
 
 float longer_semiaxis(Photon p) {
     return inversesqrt(inverse_longer2(p));
@@ -53,7 +53,7 @@ void add_neighbour(inout Estimate sum, Photon p, Point x, float disc2) {
         float facing = dot(oct_decode(p.a.w), x.s.geometric);
         density = abs(uintBitsToFloat(p.d.w)) * facing * place_weight(p, relative_place(p, offset));
     } else {
-        float r2 = max(disc2, sqr(LEAST_RADIUS * longer_semiaxis(p)));
+        float r2 = max(disc2, sqr(KNN_LEAST_RADIUS * longer_semiaxis(p)));
         density = kernel_weight(min(distance2(offset) / r2, 1.0)) / (PI * r2);
     }
     vec3 light = photon_light(p, x, density);

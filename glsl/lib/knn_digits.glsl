@@ -8,7 +8,7 @@ struct KnnKey {
     uint tally[16]; // of the next digit
 };
 
-const uint KNN_DIGITS = 16u;
+const uint KNN_DIGITS = 16u; /// Digits of an order key.
 // Instead of `high`: there are at most k candidates. No distance has these bits.
 const uint KNN_ALL = 0xffffffffu;
 

@@ -5,7 +5,7 @@ const uint LBVH_ITEMS = 0u;      // boxes in the tree
 const uint LBVH_DEGENERATE = 1u; // boxes left out
 const uint LBVH_NODES = 2u;      // nodes of the finished tree
 
-// Marks the last item of a leaf, where leaves are too large for a count in the reference.
+/// Marks the last item of a leaf, where leaves are too large for a count in the reference.
 const uint LBVH_END = 0x80000000u;
 
 // Link to a parent: its index and the side.

@@ -3,8 +3,8 @@
 // Size comes first (a coarse form of the extended codes of Vinkler, Bittner and Havran 2017), because a single large box
 // among small ones would make every node around them large: the footprints of one photon map differ a thousandfold.
 
-const uint MORTON_BITS = 30u;
-const uint MORTON_NONE = 1u << MORTON_BITS; // sorts behind every code
+const uint MORTON_BITS = 30u; /// Bits of a code.
+const uint MORTON_NONE = 1u << MORTON_BITS; /// Sorts behind every code.
 
 // Bits of `value`, at most ten, with two zeros between each two.
 uint morton_spread(uint value) {

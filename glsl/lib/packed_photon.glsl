@@ -84,7 +84,7 @@ Photon disc_photon(vec3 position, vec3 normal, float radius, vec3 flux, vec3 dir
 }
 
 struct Packed20 {
-    uint words[5];
+    uint words[PACKED_WORDS];
 };
 
 Packed20 pack20(Photon p, RadiusRange range) {

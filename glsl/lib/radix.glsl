@@ -3,10 +3,10 @@
 // communication. Made for devices where an invocation is a lane of a CPU's vector unit.
 #include "lib/chunk.glsl"
 
-const uint DIGITS = 256u;
-const uint WORKERS = 16u; // of a workgroup
+const uint RADIX_DIGITS = 256u; /// Values of a digit of the radix sort.
+const uint RADIX_WORKERS = 16u; /// Workers of a workgroup of the radix sort.
 
-shared uint s_digit[DIGITS * WORKERS];
+shared uint s_digit[RADIX_DIGITS * RADIX_WORKERS];
 
 // `mask` is narrower than a digit in the last pass of a key whose width is no multiple of 8.
 uint digit_of(uint key, uint shift, uint mask) {
@@ -15,5 +15,5 @@ uint digit_of(uint key, uint shift, uint mask) {
 
 // Where this invocation's counter of a digit stands.
 uint counter(uint digit) {
-    return digit * WORKERS + gl_LocalInvocationIndex;
+    return digit * RADIX_WORKERS + gl_LocalInvocationIndex;
 }

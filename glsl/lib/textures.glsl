@@ -14,8 +14,8 @@ vec3 srgb_to_linear(vec3 c) {
 }
 
 vec4 fetch_texel(TextureUse t, int x, int y) {
-    int column = wrap_texel(x, int(t.width), t.flags & 3u);
-    int row = wrap_texel(y, int(t.height), (t.flags >> 2) & 3u);
+    int column = wrap_texel(x, int(t.width), t.flags & WRAP_MASK);
+    int row = wrap_texel(y, int(t.height), (t.flags >> WRAP_V_SHIFT) & WRAP_MASK);
     vec4 c = unpackUnorm4x8(texels[t.first_texel + uint(row) * t.width + uint(column)]);
     return (t.flags & TEXTURE_SRGB) != 0u ? vec4(srgb_to_linear(c.rgb), c.a) : c;
 }
@@ -25,7 +25,7 @@ vec4 sample_texture(uint use, vec2 uv0, vec2 uv1) {
     vec3 uv = vec3((t.flags & TEXTURE_UV1) != 0u ? uv1 : uv0, 1.0);
     vec2 p = vec2(dot(t.row_u, uv), dot(t.row_v, uv));
     // Whole turns carry no information; dropping them keeps the conversion to integers in range.
-    p -= vec2((t.flags & 3u) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.x), ((t.flags >> 2) & 3u) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.y));
+    p -= vec2((t.flags & WRAP_MASK) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.x), ((t.flags >> WRAP_V_SHIFT) & WRAP_MASK) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.y));
     p = clamp(p, vec2(-4.0), vec2(4.0)) * vec2(t.width, t.height);
     bool linear = (t.flags & TEXTURE_LINEAR) != 0u;
     p -= linear ? 0.5 : 0.0;

@@ -3,8 +3,8 @@
 
 layout(constant_id = 22) const uint TILE_SHIFT = 3;
 
-// vec4 of a tile's bounds: smallest corner and depth, largest corner and depth, window in pixels, normals from and to.
-const uint TILE_WORDS = 5u;
+/// Vectors of a tile's bounds: smallest corner and depth, largest corner and depth, window in pixels, normals from and to.
+const uint TILE_VECTORS = 5u;
 
 struct Tile {
     vec4 low, high;
@@ -23,15 +23,15 @@ Tile tile_union(Tile a, Tile b) {
 }
 
 // Reading and writing tile T of an array of vec4.
-#define TILE_LOAD(A, T) Tile(A[TILE_WORDS * (T)], A[TILE_WORDS * (T) + 1u], A[TILE_WORDS * (T) + 2u], A[TILE_WORDS * (T) + 3u], A[TILE_WORDS * (T) + 4u])
+#define TILE_LOAD(A, T) Tile(A[TILE_VECTORS * (T)], A[TILE_VECTORS * (T) + 1u], A[TILE_VECTORS * (T) + 2u], A[TILE_VECTORS * (T) + 3u], A[TILE_VECTORS * (T) + 4u])
 #define TILE_STORE(A, T, V)                     \
-    A[TILE_WORDS * (T)] = (V).low;              \
-    A[TILE_WORDS * (T) + 1u] = (V).high;        \
-    A[TILE_WORDS * (T) + 2u] = (V).window;      \
-    A[TILE_WORDS * (T) + 3u] = (V).normal_low;  \
-    A[TILE_WORDS * (T) + 4u] = (V).normal_high
+    A[TILE_VECTORS * (T)] = (V).low;              \
+    A[TILE_VECTORS * (T) + 1u] = (V).high;        \
+    A[TILE_VECTORS * (T) + 2u] = (V).window;      \
+    A[TILE_VECTORS * (T) + 3u] = (V).normal_low;  \
+    A[TILE_VECTORS * (T) + 4u] = (V).normal_high
 
-// Most tiles that a photon is put into; one that needs more goes to a higher level.
+/// Most tiles that a photon is put into; one that needs more goes to a higher level.
 const uint MOST_TILES = 16u;
 
 // Tiles in a row and in a column of a level.

@@ -13,7 +13,7 @@
 layout(constant_id = 30) const uint WALK_STRIDE = 1;    // k^2
 layout(constant_id = 31) const bool WALK_RATIO = false; // scale by listed / visited instead of by STRIDE
 
-// Neighbouring hits that draw the same numbers: they visit the same photons of the lists that they share, so that loads
+/// Neighbouring hits that draw the same numbers: they visit the same photons of the lists that they share, so that loads
 // are uniform where the lanes of a subgroup work together. Each hit for itself is as random as with numbers of its own.
 const uint WALK_TOGETHER = 8u;
 

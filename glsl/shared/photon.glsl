@@ -5,8 +5,8 @@
 
 // State bits of a photon or an eye path.
 const uint PATH_MEDIUM_MASK = 0xffffu; // material index + 1 of the medium around it, 0 outside
-const uint PATH_DEPTH_SHIFT = 16u;
-const uint PATH_DEPTH_MASK = 0xffu;
+const uint PATH_DEPTH_SHIFT = 16u; // surfaces met
+const uint PATH_DEPTH_MASK = 0xffu; // of the shifted bits
 const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
 const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
 const uint PATH_DIFFUSE_AGAIN = 1u << 26; // path tracing: met a second diffuse or rough glossy surface
@@ -38,6 +38,8 @@ struct Photon {
     uvec4 c;
     uvec4 d;
 };
+
+const uint PACKED_WORDS = 5u; // words of a packed photon of 20 bytes (lib/packed_photon.glsl)
 
 const float SLAB = 0.5; // half thickness of a footprint, in units of its longer semiaxis
 

@@ -1,7 +1,7 @@
 // Scene data that host and kernels share. Conventions (radiometric units, sides, textures) as in src/scene/mod.rs.
 
-const uint MATERIAL_VOLUME = 1u;
-const uint MATERIAL_UNLIT = 2u;
+const uint MATERIAL_VOLUME = 1u; // the surface encloses a medium
+const uint MATERIAL_UNLIT = 2u;  // shows its colour and takes no light
 const uint NO_TEXTURE = 0xffffffffu;
 
 struct Material {
@@ -30,7 +30,9 @@ struct Material {
 const uint WRAP_REPEAT = 0u;
 const uint WRAP_CLAMP = 1u;
 const uint WRAP_MIRROR = 2u;
-const uint TEXTURE_LINEAR = 16u; // bits 0-1 wrap in u, 2-3 wrap in v
+const uint WRAP_MASK = 3u;    // bits 0 and 1 of the flags: WRAP_* in u
+const uint WRAP_V_SHIFT = 2u; // bits 2 and 3: WRAP_* in v
+const uint TEXTURE_LINEAR = 16u;
 const uint TEXTURE_SRGB = 32u;
 const uint TEXTURE_UV1 = 64u;
 

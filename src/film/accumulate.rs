@@ -3,14 +3,15 @@
 use std::ops::Range;
 
 use super::exact::ExactSum;
+use crate::constants::{self, FILM_SCALED, FILM_SQUARES};
 use crate::error::{Error, Result};
 use crate::picture::image::{Channels, Picture};
 
 /// Sums per pixel: value, square, value times squared footprint scale, three channels each.
-pub const SUMS: usize = 9;
+pub const SUMS: usize = constants::FILM_SUMS as usize;
 
 /// Sums per pixel of the layers: albedo, normal, depth, coverage, direct, indirect, caustic.
-pub const LAYER_SUMS: usize = 17;
+pub const LAYER_SUMS: usize = constants::LAYER_SUMS as usize;
 
 /// A set of global pass indices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -179,7 +180,8 @@ impl Film {
     /// Per pixel and channel: sum, sum of squares, sum of values times squared footprint scale.
     pub fn moments(&self) -> Vec<[f64; SUMS]> {
         let unit = 2f64.powi(self.exponents[0]);
-        let units: [f64; SUMS] = std::array::from_fn(|k| if (3..6).contains(&k) { unit * unit } else { unit });
+        let squares = FILM_SQUARES as usize..FILM_SCALED as usize;
+        let units: [f64; SUMS] = std::array::from_fn(|k| if squares.contains(&k) { unit * unit } else { unit });
         self.sums.iter().map(|sums| std::array::from_fn(|k| sums[k].to_f64() * units[k])).collect()
     }
 
@@ -195,7 +197,7 @@ impl Film {
         }
         let depth_unit = 2f64.powi(self.exponents[1]);
         for (name, channels, at) in LAYERS {
-            let pixels = self.layers.iter().map(|sums| &sums[at..]);
+            let pixels = self.layers.iter().map(|sums| &sums[at as usize..]);
             let data = match (name, channels) {
                 (_, Channels::Vector) => pixels.flat_map(direction).collect(),
                 (_, Channels::Scalar) => pixels.map(|sums| depth(sums, depth_unit)).collect(),
@@ -209,13 +211,13 @@ impl Film {
 }
 
 /// Layers, and where their sums begin.
-const LAYERS: [(&str, Channels, usize); 6] = [
-    ("albedo", Channels::Rgb, 0),
-    ("normal", Channels::Vector, 3),
-    ("depth", Channels::Scalar, 6),
-    ("direct", Channels::Rgb, 8),
-    ("indirect", Channels::Rgb, 11),
-    ("caustic", Channels::Rgb, 14),
+const LAYERS: [(&str, Channels, u32); 6] = [
+    ("albedo", Channels::Rgb, constants::LAYER_AT_ALBEDO),
+    ("normal", Channels::Vector, constants::LAYER_AT_NORMAL),
+    ("depth", Channels::Scalar, constants::LAYER_AT_DEPTH),
+    ("direct", Channels::Rgb, constants::LAYER_AT_DIRECT),
+    ("indirect", Channels::Rgb, constants::LAYER_AT_INDIRECT),
+    ("caustic", Channels::Rgb, constants::LAYER_AT_CAUSTIC),
 ];
 
 fn direction(sums: &[ExactSum]) -> [f32; 3] {
@@ -224,9 +226,9 @@ fn direction(sums: &[ExactSum]) -> [f32; 3] {
     vector.map(|x| if length > 0.0 { (x / length) as f32 } else { 0.0 })
 }
 
-/// The mean over the samples that met a surface; infinity where none did.
+/// The mean over the samples that met a surface; infinity where none did. `sums` begins with that of the depths.
 fn depth(sums: &[ExactSum], unit: f64) -> f32 {
-    let covered = sums[1].to_f64();
+    let covered = sums[(constants::LAYER_AT_COVERAGE - constants::LAYER_AT_DEPTH) as usize].to_f64();
     if covered > 0.0 { (sums[0].to_f64() * unit / covered) as f32 } else { f32::INFINITY }
 }
 

@@ -25,6 +25,7 @@ use super::accumulate::{Film, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::compare::metrics::TRIM;
 use crate::compare::quantiles;
+use crate::constants::{FILM_SCALED, FILM_SQUARES};
 
 /// What is known about the bias of a film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,7 +146,8 @@ impl ErrorEstimate {
     pub fn of(film: &Film, schedule: Schedule, model: Model) -> Self {
         let unit = 2f64.powi(film.exponents[0]);
         let number = |sums: &[ExactSum; SUMS], k: usize| {
-            let [sum, squares, products] = [k, 3 + k, 6 + k].map(|i| sums[i].to_f64() * unit);
+            let [sum, squares, products] =
+                [k, FILM_SQUARES as usize + k, FILM_SCALED as usize + k].map(|i| sums[i].to_f64() * unit);
             number([sum, squares * unit, products], schedule, model.bias)
         };
         let numbers: Vec<[Number; 3]> = film.sums.iter().map(|sums| [0, 1, 2].map(|k| number(sums, k))).collect();

@@ -9,7 +9,7 @@
 const UNITS: f64 = 18_446_744_073_709_551_616.0; // 2^64
 
 /// Greatest magnitude of a summand; greater ones are cut, so that 2^17 of them fit.
-pub const LARGEST: f32 = 70_368_744_177_664.0;
+pub use crate::constants::EXACT_LARGEST as LARGEST;
 
 /// An exact sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -9,9 +9,8 @@ use std::sync::Arc;
 use bytemuck::Pod;
 
 use super::draw::{RasterSpec, Spirv};
-
-/// Workgroups along one axis that every device allows (the least value of `maxComputeWorkGroupCount`).
-pub(super) const MOST_GROUPS: u32 = 65_535;
+use crate::constants::GROUPS_OF_ROW;
+pub(super) use crate::constants::MOST_GROUPS;
 
 /// A buffer of the graph with `len` elements of `T`. Neither `Copy` nor `Clone`: the borrow checker is the first
 /// hazard checker, so one buffer as input and output of one dispatch does not compile.
@@ -445,6 +444,5 @@ pub(super) fn groups_of(kernel: &KernelInfo, count: u32) -> [u32; 2] {
 /// Groups along x and y for a linear count: one row up to the smallest limit that Vulkan guarantees (65,535), then
 /// rows of 32,768, so that the kernel's `linear_id()` stays exact.
 fn spread(groups: u32) -> [u32; 2] {
-    const ROW: u32 = 32_768;
-    if groups <= MOST_GROUPS { [groups, 1] } else { [ROW, groups.div_ceil(ROW)] }
+    if groups <= MOST_GROUPS { [groups, 1] } else { [GROUPS_OF_ROW, groups.div_ceil(GROUPS_OF_ROW)] }
 }

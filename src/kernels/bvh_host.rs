@@ -8,19 +8,16 @@
 //! Cost: n log n; the layout is that of glsl/shared/bvh.glsl. Triangles that no ray can hit are left out and counted.
 
 use super::generated::{BvhNode, BvhTriangle};
+use crate::constants::BVH_MAX_DEPTH;
+pub use crate::constants::{
+    BVH_ALPHA_MASKED as ALPHA_MASKED, BVH_COUNT_ONE as COUNT_ONE, BVH_FIRST_MASK as FIRST_MASK, BVH_LEAF as LEAF,
+};
 
-/// A child reference with this bit is a leaf.
-pub const LEAF: u32 = 1 << 31;
-/// One more triangle in a leaf reference.
-pub const COUNT_ONE: u32 = 1 << 27;
-/// First triangle of a leaf, in leaf order.
-pub const FIRST_MASK: u32 = COUNT_ONE - 1;
 /// Deepest path from the root to a leaf, in edges; the traversal stack of the kernels has room for it.
 pub const MAX_DEPTH: u32 = 60;
+const _: () = assert!(MAX_DEPTH <= BVH_MAX_DEPTH);
 /// Largest number of triangles of one tree: what a leaf reference can address.
 pub const MAX_TRIANGLES: usize = FIRST_MASK as usize;
-/// Flag of [`TriangleTag`]: the material has an alpha mask.
-pub const ALPHA_MASKED: u32 = 1;
 
 const BINS: usize = 32;
 const MAX_LEAF: usize = 4;

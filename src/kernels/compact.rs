@@ -7,6 +7,7 @@ use super::generated::{CompactScatter, CompactScatterBindings, CompactScatterPar
 use super::generated::{DispatchArgs as WriteArgs, DispatchArgsBindings, DispatchArgsParams};
 use super::scan::partial_sums;
 use super::{Items, Tiling};
+use crate::constants::{GROUPS_OF_ROW, MOST_GROUPS};
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
 
 /// What [`indices`] leaves.
@@ -60,9 +61,9 @@ pub fn reference(flags: &[u32]) -> Vec<u32> {
 /// The specification of [`dispatch_args`]: one row up to 65,535 groups, then rows of 32,768.
 pub fn reference_args(count: u32, local: u32) -> DispatchArgs {
     let groups = count.div_ceil(local);
-    if groups <= 65_535 {
+    if groups <= MOST_GROUPS {
         DispatchArgs { x: groups, y: 1, z: 1 }
     } else {
-        DispatchArgs { x: 32_768, y: groups.div_ceil(32_768), z: 1 }
+        DispatchArgs { x: GROUPS_OF_ROW, y: groups.div_ceil(GROUPS_OF_ROW), z: 1 }
     }
 }

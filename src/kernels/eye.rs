@@ -4,21 +4,19 @@
 //! divides its slots, so that every result has one writer and the film adds them in a fixed order.
 
 use super::generated::{
-    Camera, DirectLight, DirectLightBindings, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings,
-    ListSelect, ListSelectBindings, TraceList, TraceListBindings,
+    Camera, DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade,
+    EyeShadeBindings, ListSelect, ListSelectBindings, TraceList, TraceListBindings,
 };
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact};
+pub use crate::constants::AOV_FLOATS;
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
 
 /// The scene and the camera with the band of pixels to work on.
 pub type View<'a> = (&'a SceneBuffers, &'a Buf<Camera>);
 
 /// Workgroup size of the transport kernels.
-pub(super) const LOCAL: u32 = 64;
-
-/// Layer values written per pixel: albedo, normal, depth.
-pub const AOV_FLOATS: u32 = 7;
+pub(super) const LOCAL: u32 = EYE_SHADE_INFO.local_size[0];
 
 /// Extent of the eye paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

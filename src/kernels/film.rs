@@ -1,13 +1,8 @@
 //! Adding a pass to the film. The specification of the sums is [`crate::film::exact`], which the kernel mirrors.
 
 use super::generated::{Camera, FilmAdd, FilmAddBindings, FilmAddParams, Pass};
+pub use crate::constants::{FILM_SUMS, LAYER_SUMS};
 use crate::graph::{Buf, Graph, Grid};
-
-/// Sums per pixel of the film: value, square, value times squared footprint scale, three channels each.
-pub const FILM_SUMS: u32 = 9;
-
-/// Sums per pixel of the layers: albedo, normal, depth, coverage, direct, indirect, caustic.
-pub const LAYER_SUMS: u32 = 17;
 
 /// The film's buffers.
 pub struct FilmBuffers {

@@ -15,23 +15,20 @@ use super::generated::{LbvhCount, LbvhCountBindings, LbvhCountParams};
 use super::generated::{LbvhLinks, LbvhLinksBindings, LbvhLinksParams};
 use super::generated::{LbvhPack, LbvhPackBindings, LbvhPackParams};
 use super::{Items, reduce, scan, sort};
+use crate::constants::{BVH_COUNT_MASK, BVH_COUNT_ONE, BVH_MAX_DEPTH, MORTON_BITS};
+pub use crate::constants::{BVH_LEAF as LEAF, LBVH_END as END};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Bits of a code that the sort looks at: 30 of size and position, one that moves degenerate boxes to the end.
-const CODE_BITS: u32 = 31;
+/// Bits of a code that the sort looks at: those of size and position, and one that moves degenerate boxes to the end.
+const CODE_BITS: u32 = MORTON_BITS + 1;
 
 /// Most inner nodes on a path from the root: along a path the common prefix of (code, index) grows with every node, and
 /// it has 30 bits of code and at most 27 of index. A traversal stack of this many entries never overflows.
 pub const MAX_DEPTH: u32 = 57;
+const _: () = assert!(MAX_DEPTH <= BVH_MAX_DEPTH);
 
 /// Largest leaf whose size fits a child reference; larger ones end at a flag.
-pub const COUNTED_LEAF: u32 = 16;
-
-/// Marks a leaf among the child references of a [`BvhNode`].
-pub const LEAF: u32 = 1 << 31;
-
-/// Marks the last item of a leaf in [`Lbvh::items`], where `leaf_items` is over [`COUNTED_LEAF`].
-pub const END: u32 = 1 << 31;
+pub const COUNTED_LEAF: u32 = BVH_COUNT_MASK / BVH_COUNT_ONE + 1;
 
 /// How to build.
 #[derive(Debug, Clone, Copy)]

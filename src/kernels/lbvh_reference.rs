@@ -3,9 +3,7 @@
 use super::generated::{Aabb, BvhNode};
 use super::lbvh::{COUNTED_LEAF, END, LEAF};
 use super::reduce::{is_valid, reference_bounds};
-
-/// Code that sorts behind every position.
-const NONE: u32 = 1 << 30;
+use crate::constants::{BVH_COUNT_SHIFT, MORTON_NONE};
 
 /// A tree on the host.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +19,7 @@ pub struct Tree {
 /// 30-bit code of a box: three bits of size, then the Morton code of its centre in cubic cells whose edge is a power of two.
 pub fn morton(b: &Aabb, scene: &Aabb) -> u32 {
     if !is_valid(b) {
-        return NONE;
+        return MORTON_NONE;
     }
     let longest = (0..3).map(|k| 0.5 * scene.max[k] - 0.5 * scene.min[k]).fold(0f32, f32::max);
     let exponent = ((longest.to_bits() >> 23) as i32 - 126).max(-100);
@@ -43,7 +41,7 @@ pub fn build(boxes: &[Aabb], leaf_items: u32) -> Tree {
     let scene = reference_bounds(boxes);
     let mut order: Vec<(u32, u32)> = boxes.iter().zip(0..).map(|(b, i)| (morton(b, &scene), i)).collect();
     order.sort_unstable();
-    let valid = order.iter().filter(|(code, _)| *code != NONE).count();
+    let valid = order.iter().filter(|(code, _)| *code != MORTON_NONE).count();
     let mut builder =
         Builder { boxes, order: &order[..valid], leaf_items, nodes: vec![None; valid.max(2) - 1], ends: vec![] };
     builder.nodes[0] = Some(node([(LEAF, reference_bounds(&[])); 2]));
@@ -88,7 +86,7 @@ impl Builder<'_> {
             return (index as u32, self.bounds(first, last));
         }
         self.ends.push(last);
-        let size = if self.leaf_items > COUNTED_LEAF { 0 } else { (count - 1) << 27 };
+        let size = if self.leaf_items > COUNTED_LEAF { 0 } else { (count - 1) << BVH_COUNT_SHIFT };
         (LEAF | size | first as u32, self.bounds(first, last))
     }
 

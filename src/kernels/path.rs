@@ -9,10 +9,11 @@ use super::Items;
 use super::eye::{self, Children, EyeHits, EyeSettings, LightSamples, Paths, SlotList, View};
 use super::generated::{PathLayers, PathLayersBindings, PathLayersParams, PathScatter, PathScatterBindings};
 use super::scene_data::Variant;
+use crate::constants::PATH_DEPTH_MASK;
 use crate::graph::{Buf, Graph, Grid};
 
-/// Depth that the state of a path has bits for.
-pub const MOST_DEPTH: u32 = 254;
+/// Most surfaces after the first that the state of a path has bits for.
+pub const MOST_DEPTH: u32 = PATH_DEPTH_MASK - 1;
 
 /// Extent of the paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,17 +13,20 @@ use super::generated::{
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact, lbvh};
+use crate::constants::{self, FOOTPRINT_DENSITY, FOOTPRINT_DIFFERENTIAL, FOOTPRINT_FIXED, FOOTPRINT_NONE};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Entries of [`Deposits::counters`], as in glsl/lib/footprint.glsl.
-pub const COUNTERS: [&str; 6] = [
-    "footprints_raised_to_minimum",
-    "footprints_cut_to_maximum",
-    "footprints_beyond_anisotropy",
-    "deposits_refused_as_grazing",
-    "photons_without_room",
-    "photons_not_finite",
-];
+/// Names of the entries of [`Deposits::counters`].
+pub const COUNTERS: [&str; constants::COUNTERS as usize] = {
+    let mut names = [""; constants::COUNTERS as usize];
+    names[constants::COUNT_MIN_RADIUS as usize] = "footprints_raised_to_minimum";
+    names[constants::COUNT_MAX_RADIUS as usize] = "footprints_cut_to_maximum";
+    names[constants::COUNT_ANISOTROPY as usize] = "footprints_beyond_anisotropy";
+    names[constants::COUNT_GRAZING as usize] = "deposits_refused_as_grazing";
+    names[constants::COUNT_OVERFLOW as usize] = "photons_without_room";
+    names[constants::COUNT_NOT_FINITE as usize] = "photons_not_finite";
+    names
+};
 
 /// One class of photons.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,9 +67,9 @@ impl Footprint {
     /// FOOTPRINT_* of photon_bounce.comp, smallest and largest radius.
     fn code(self, largest: f32) -> (u32, f32, f32) {
         match self {
-            Self::Differential => (0, 0.0, largest),
-            Self::Density { min, max } => (1, min, max),
-            Self::Fixed(radius) => (2, radius, radius),
+            Self::Differential => (FOOTPRINT_DIFFERENTIAL, 0.0, largest),
+            Self::Density { min, max } => (FOOTPRINT_DENSITY, min, max),
+            Self::Fixed(radius) => (FOOTPRINT_FIXED, radius, radius),
         }
     }
 }
@@ -119,9 +122,6 @@ enum Leaves {
     /// Light vertices, for connections to the camera.
     Vertices,
 }
-
-/// FOOTPRINT_NONE of photon_bounce.comp.
-const NO_FOOTPRINT: u32 = 3;
 
 /// Photons in flight, by index of emission.
 struct Flight {
@@ -211,7 +211,7 @@ fn bounce(
     let n = emission.count;
     let (boxed, (footprint, radius_min, radius_max)) = match leaves {
         Leaves::Footprints => (n, emission.footprint.code(emission.largest)),
-        Leaves::Vertices => (1, (NO_FOOTPRINT, 0.0, 0.0)),
+        Leaves::Vertices => (1, (FOOTPRINT_NONE, 0.0, 0.0)),
     };
     let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
     let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", boxed));

@@ -7,6 +7,7 @@ use super::generated::{
 };
 use super::photon::Deposits;
 use super::{Items, reduce};
+use crate::constants::PACKED_WORDS;
 use crate::graph::{Buf, Graph, Grid};
 
 /// How photons are stored for the gather. Packed ones are discs, with what glsl/lib/packed_photon.glsl loses.
@@ -32,9 +33,6 @@ impl Record {
     }
 }
 
-/// Words of a record of 20 bytes.
-const WORDS: u32 = 5;
-
 /// Packed photons.
 #[derive(Debug)]
 pub struct Records {
@@ -52,7 +50,7 @@ pub struct Records {
 pub fn pack(g: &mut Graph, deposits: &mut Deposits, record: Record) -> Option<Records> {
     let words = match record {
         Record::Full => return None,
-        Record::Packed20 => WORDS * deposits.photons.len(),
+        Record::Packed20 => PACKED_WORDS * deposits.photons.len(),
         Record::Packed12 => 1,
     };
     let capacity = deposits.photons.len();
@@ -95,7 +93,7 @@ impl Records {
         let words = self.records.len();
         let mut sorted = g.buffer("sorted_records", words);
         let bind = PhotonSortRecordsBindings { order, count, records: &self.records, sorted: &mut sorted };
-        g.dispatch(PhotonSortRecords, Grid::Threads(words / WORDS), (), bind);
+        g.dispatch(PhotonSortRecords, Grid::Threads(words / PACKED_WORDS), (), bind);
         let mut range = g.buffer("sorted_range", 1);
         g.copy(&self.range, &mut range);
         Self { record: self.record, records: sorted, range }

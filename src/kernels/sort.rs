@@ -10,10 +10,8 @@ use super::generated::{SortCount, SortCountBindings, SortCountParams};
 use super::generated::{SortScatterKeys, SortScatterKeysBindings, SortScatterKeysParams};
 use super::generated::{SortScatterPairs, SortScatterPairsBindings, SortScatterPairsParams};
 use super::{Items, scan};
+use crate::constants::{RADIX_DIGITS, RADIX_WORKERS};
 use crate::graph::{Buf, Graph, Grid};
-
-/// Workers of a workgroup (glsl/lib/radix.glsl).
-const WORKERS: u32 = 16;
 
 /// Items per worker when the buffers are full: many, so that the table is small beside them, yet bounded, because
 /// lavapipe of Mesa 22.3.6 ends an invocation's loops after 65,535 iterations.
@@ -103,8 +101,8 @@ fn for_each_digit(
 
 /// Where each worker's keys of each digit go, and the number of workgroups.
 fn count_digits(g: &mut Graph, count: &Buf<u32>, keys: &Buf<u32>, digit: Digit) -> (Buf<u32>, u32) {
-    let groups = keys.len().div_ceil(WORKERS * ITEMS_PER_WORKER).max(1);
-    let entries = 256 * WORKERS * groups;
+    let groups = keys.len().div_ceil(RADIX_WORKERS * ITEMS_PER_WORKER).max(1);
+    let entries = RADIX_DIGITS * RADIX_WORKERS * groups;
     let (mut table, mut places) = (g.buffer("sort_table", entries), g.buffer("sort_places", entries));
     g.dispatch(
         SortCount,

@@ -15,10 +15,8 @@ use super::generated::{
     BvhNode, BvhTriangle, Ray, RayHit, TraceAny, TraceAnyBindings, TraceAnyParams, TraceClosest, TraceClosestBindings,
     TraceClosestParams, TraceSpawn, TraceSpawnBindings, TraceSpawnParams,
 };
+pub use crate::constants::BVH_MISS as MISS;
 use crate::graph::{Buf, Graph, Grid};
-
-/// `RayHit::triangle` where nothing was hit.
-pub const MISS: u32 = u32::MAX;
 
 /// A tree in device memory.
 #[derive(Clone, Copy)]

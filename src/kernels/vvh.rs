@@ -16,6 +16,7 @@ use super::generated::{Aabb, BvhNode};
 use super::lbvh::{COUNTED_LEAF, LEAF, MAX_DEPTH};
 use super::lbvh_reference::Tree;
 use super::reduce::{is_valid, reference_bounds};
+use crate::constants::BVH_COUNT_SHIFT;
 
 /// Most boxes of one tree: what a leaf reference can address.
 pub const MOST_BOXES: usize = 1 << 27;
@@ -95,7 +96,7 @@ fn union(a: &Aabb, b: &Aabb) -> Aabb {
 }
 
 fn leaf(first: usize, count: usize) -> u32 {
-    LEAF | (count as u32 - 1) << 27 | first as u32
+    LEAF | (count as u32 - 1) << BVH_COUNT_SHIFT | first as u32
 }
 
 fn join([(child0, a), (child1, b)]: [(u32, Aabb); 2]) -> BvhNode {

@@ -1,13 +1,16 @@
 //! What a scene requires of the renderer; everything else is left out of kernels, passes and buffers.
 
 use super::{Light, Material, Scene};
+use crate::constants::{ALPHA_GATHER, ALPHA_SMOOTH};
 
 /// Perceptual roughness below which a reflection or refraction is traced as perfectly smooth. GGX alpha is its
 /// square, below 1e-3: a lobe narrower than a pixel.
 pub const SMOOTH_ROUGHNESS: f32 = 0.03;
+const _: () = assert!(SMOOTH_ROUGHNESS * SMOOTH_ROUGHNESS < ALPHA_SMOOTH);
 
-/// Roughness below which a glossy lobe is followed rather than gathered: its GGX alpha is 0.1 (glsl/lib/bsdf.glsl).
+/// Roughness below which a glossy lobe is followed rather than gathered: its GGX alpha is [`ALPHA_GATHER`].
 pub const FOLLOWED_ROUGHNESS: f32 = 0.316_227_77;
+const _: () = assert!((FOLLOWED_ROUGHNESS * FOLLOWED_ROUGHNESS / ALPHA_GATHER - 1.0).abs() < 1e-6);
 
 /// Whether a surface of this material continues caustic paths.
 pub fn is_specular(m: &Material) -> bool {

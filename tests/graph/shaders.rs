@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
+use crate::shader::constants::{self, HostConstant};
+use crate::shader::expression::Value;
 use crate::shader::{Compiler, Constant, Kernel, Stage, Type, emit, kernel_files, reflect};
 
 /// A folder of GLSL like the one of the crate.
@@ -347,4 +349,92 @@ fn draws_read_buffers_and_nothing_else() {
     let text = emit(&[counts.expect("a sound kernel")]).expect("Rust");
     assert!(text.contains("crate::graph::Buf<crate::graph::DrawArgs>") && !text.contains("pub struct DrawArgs {"));
     assert!(text.contains("offset_of!(crate::graph::DrawArgs, first_instance) == 12"), "{text}");
+}
+
+/// The constants for the host of files with these texts.
+fn host_constants(files: &[(&str, &str)]) -> Result<Vec<HostConstant>, String> {
+    constants::read(Sources::new(files).0.path())
+}
+
+/// Value of the expression of a shared constant.
+fn value_of(ty: &str, expression: &str) -> Result<Value, String> {
+    let text = format!("const uint EIGHT = 8u;\nconst {ty} IT = {expression};\n");
+    host_constants(&[("shared/a.glsl", &text)]).map(|found| found[1].value)
+}
+
+#[test]
+fn constants_are_evaluated() {
+    for (expression, value) in [
+        ("0x80000000u", 1 << 31),
+        ("1u << 24", 1 << 24),
+        ("256u * EIGHT + 1u", 2049),
+        ("(1u + 2u) * 3u - 4u / 2u", 7),
+        ("~0u >> 4u & 0xffu | 0x100u", 0x1ff),
+        ("EIGHT - 2u - 1u", 5),
+    ] {
+        assert_eq!(value_of("uint", expression), Ok(Value::Uint(value)), "{expression}");
+    }
+    assert_eq!(value_of("int", "-4 * (2 - 5)"), Ok(Value::Int(12)));
+    // In single precision, as the device has it.
+    assert_eq!(value_of("float", "1.0 / 256.0"), Ok(Value::Float(1.0 / 256.0)));
+    assert_eq!(value_of("float", "0.1"), Ok(Value::Float(0.1)));
+    assert_eq!(value_of("float", "-7.888609052210118e-31 * 2.0"), Ok(Value::Float(-(2f32.powi(-99)))));
+}
+
+#[test]
+fn a_constant_that_cannot_be_evaluated_is_refused() {
+    for (ty, expression, why) in [
+        ("uint", "1", "is no uint"),
+        ("float", "1u", "is no float"),
+        ("uint", "1u + 1.0", "mixed types"),
+        ("uint", "0u - 1u", "leaves their range"),
+        ("uint", "1u << 32", "leaves their range"),
+        ("uint", "3u << 31", "leaves their range"),
+        ("uint", "1u / 0u", "leaves their range"),
+        ("float", "1.0 / 0.0", "is no float"),
+        ("uint", "OTHER + 1u", "`OTHER` is not a known constant"),
+        ("uint", "(1u", "not closed"),
+        ("uint", "1u 2u", "`2u` is not expected"),
+        ("uint", "", "ends too early"),
+        ("uint", "4294967296u", "is no number"),
+        ("uint", "floatBitsToUint(1.0)", "not a known constant"),
+        ("vec3", "1.0", "type vec3"),
+        ("uint", "1u ? 2u", "`?` is not expected"),
+    ] {
+        let message = value_of(ty, expression).expect_err(expression);
+        assert!(message.contains("shared/a.glsl:2") && message.contains(why), "{expression}: {message}");
+    }
+    for line in ["const uint LIST[2] = uint[](1u, 2u);", "const uint OPEN = 1u", "const uint A = 1u, B = 2u;"] {
+        let message = host_constants(&[("shared/a.glsl", line)]).expect_err(line);
+        assert!(message.contains("shared/a.glsl:1") && message.contains(line), "{message}");
+    }
+}
+
+#[test]
+fn the_host_gets_what_is_shared_or_marked() {
+    let found = host_constants(&[
+        ("lib/b.glsl", "// Own.\nconst float OWN = 2.0;\nconst uint MARKED = BASE * 2u; /// Twice the base.\n"),
+        (
+            "kernels/c.comp",
+            "/// From the\n/// kernel.\nconst uint LAST = BASE;\nvoid main() {\n    const uint x = 1u;\n}\n",
+        ),
+        ("shared/a.glsl", "// Of all.\nconst uint BASE = 3u;\n\n// A group.\n\nconst uint BARE = 4u;\n"),
+    ])
+    .expect("sound constants");
+    let facts: Vec<_> = found.iter().map(|c| (c.name.as_str(), c.doc.as_str(), c.file.as_str())).collect();
+    let wanted = [
+        ("BASE", "Of all.", "shared/a.glsl"),
+        ("BARE", "", "shared/a.glsl"),
+        ("LAST", "From the kernel.", "kernels/c.comp"),
+        ("MARKED", "Twice the base.", "lib/b.glsl"),
+    ];
+    assert_eq!(facts, wanted);
+    assert_eq!(found[3].value, Value::Uint(6));
+    let text = constants::emit(&found);
+    assert!(text.starts_with("/// Of all. From `glsl/shared/a.glsl`.\npub const BASE: u32 = 3;\n"), "{text}");
+    // An array that nobody marked is no matter of the host, in its own file or another; two constants of one name are.
+    assert_eq!(host_constants(&[("lib/a.glsl", "const uint LIST[1] = uint[](1u);\n")]), Ok(vec![]));
+    let twice = [("shared/a.glsl", "const uint A = 1u;\n"), ("lib/a.glsl", "const uint A = 1u; /// Again.\n")];
+    let message = host_constants(&twice).expect_err("one name twice");
+    assert!(message.contains("shared/a.glsl") && message.contains("lib/a.glsl"), "{message}");
 }

@@ -1,5 +1,6 @@
 //! The film kernel against the exact sums of the host.
 
+use nephroid::constants::{AOV_AT_DEPTH, AOV_FLOATS};
 use nephroid::film::exact::{ExactSum, LARGEST};
 use nephroid::graph::DeviceClass;
 use nephroid::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
@@ -13,6 +14,8 @@ const SLOTS: u32 = 3;
 /// Radiance is counted in units of 8, depths in quarters.
 const EXPONENTS: [i32; 2] = [3, -2];
 const SCALE: f32 = 0.3;
+const FLOATS: usize = AOV_FLOATS as usize;
+const DEPTH: usize = AOV_AT_DEPTH as usize;
 
 /// Values of every order of magnitude, some beyond the range, some not numbers.
 fn awkward(count: usize, seed: u64) -> Vec<f32> {
@@ -38,8 +41,8 @@ fn sample() -> Sample {
     let slots = (PIXELS * SLOTS) as usize;
     let vectors = |numbers: Vec<f32>| numbers.chunks(4).map(|v| [v[0], v[1], v[2], v[3]]).collect();
     let mut random = Random(5);
-    let mut aov: Vec<f32> = (0..7 * PIXELS).map(|_| random.unit() - 0.5).collect();
-    aov.chunks_mut(7).step_by(5).for_each(|layers| layers[6] = f32::INFINITY);
+    let mut aov: Vec<f32> = (0..AOV_FLOATS * PIXELS).map(|_| random.unit() - 0.5).collect();
+    aov.chunks_mut(FLOATS).step_by(5).for_each(|floats| floats[DEPTH] = f32::INFINITY);
     Sample { radiance: vectors(awkward(4 * slots, 1)), gathered: vectors(awkward(8 * slots, 2)), aov }
 }
 
@@ -68,11 +71,11 @@ fn expected(sample: &Sample, start: ExactSum) -> (Vec<[u32; 4]>, Vec<[u32; 4]>, 
         let squares = scaled.map(|x| (cut(x) * cut(x)).min(LARGEST));
         let products = scaled.map(|x| cut(x) * (SCALE * SCALE));
         film.extend([scaled.map(cut), squares, products].as_flattened().iter().map(|&x| start.plus(x).words()));
-        let aov = &sample.aov[7 * pixel..][..7];
-        let seen = aov[6].is_finite();
-        let depth = if seen { [aov[6] * depth_unit, 1.0] } else { [0.0; 2] };
+        let aov = &sample.aov[FLOATS * pixel..][..FLOATS];
+        let seen = aov[DEPTH].is_finite();
+        let depth = if seen { [aov[DEPTH] * depth_unit, 1.0] } else { [0.0; 2] };
         let light = parts.map(|part| part.map(|x| cut(x * unit)));
-        let numbers = aov[..6].iter().chain(&depth).chain(light.as_flattened());
+        let numbers = aov[..DEPTH].iter().chain(&depth).chain(light.as_flattened());
         layers.extend(numbers.map(|&x| start.plus(x).words()));
     }
     (film, layers, rejected)

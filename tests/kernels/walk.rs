@@ -30,8 +30,8 @@ fn by_hash(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut D
     hash(g, program, points, (&grid, deposits), target);
 }
 
-/// Hits that draw the same numbers (WALK_TOGETHER of glsl/lib/walk.glsl).
-const TOGETHER: usize = 8;
+/// Hits that draw the same numbers.
+const TOGETHER: usize = nephroid::constants::WALK_TOGETHER as usize;
 
 /// Photons around one place, brighter and brighter: what is visited matters.
 fn pile(photons: usize) -> Vec<Disc> {

@@ -7,6 +7,7 @@ layout(local_size_x = 64) in;
 #include "lib/header.glsl"
 #include "lib/sampling.glsl"
 #include "lib/scene_bindings.glsl"
+#include "shared/film.glsl"
 #include "shared/photon.glsl"
 #include "lib/pixels.glsl"
 
@@ -42,14 +43,12 @@ const float SPLIT_THRESHOLD = 0.004;
 // not a mirror or glass.
 void write_aov(uint slot, vec3 albedo, vec3 normal, float depth) {
     if (slot >= camera[0].pixels) return;
-    uint at = 7u * slot;
-    aov_first[at] = albedo.x;
-    aov_first[at + 1u] = albedo.y;
-    aov_first[at + 2u] = albedo.z;
-    aov_first[at + 3u] = normal.x;
-    aov_first[at + 4u] = normal.y;
-    aov_first[at + 5u] = normal.z;
-    aov_first[at + 6u] = depth;
+    uint at = AOV_FLOATS * slot;
+    for (uint i = 0u; i < 3u; ++i) {
+        aov_first[at + i] = albedo[i];
+        aov_first[at + AOV_AT_NORMAL + i] = normal[i];
+    }
+    aov_first[at + AOV_AT_DEPTH] = depth;
 }
 
 // `triangle` with EYE_HIT_BENT where it applies.

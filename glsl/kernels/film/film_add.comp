@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
 #include "lib/header.glsl"
+#include "shared/film.glsl"
 #include "lib/exact_sum.glsl"
 #include "shared/scene.glsl"
 
@@ -20,8 +21,8 @@ layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; }
 layout(set = 0, binding = 16, scalar) readonly buffer Radiance { vec4 radiance[]; };  // per slot: emitted and direct
 layout(set = 0, binding = 17, scalar) readonly buffer Gathered { vec4 gathered[]; };  // per slot: caustic, then other
 layout(set = 0, binding = 18, scalar) readonly buffer AovFirst { float aov_first[]; };
-layout(set = 0, binding = 19, scalar) buffer Film { uvec4 film[]; };                  // 9 sums per pixel
-layout(set = 0, binding = 20, scalar) buffer FilmLayers { uvec4 film_layers[]; };     // with AOV: 17 sums per pixel
+layout(set = 0, binding = 19, scalar) buffer Film { uvec4 film[]; };                  // FILM_SUMS per pixel
+layout(set = 0, binding = 20, scalar) buffer FilmLayers { uvec4 film_layers[]; };     // with AOV: LAYER_SUMS per pixel
 layout(set = 0, binding = 21, scalar) buffer Rejected { uint rejected[]; };
 layout(set = 0, binding = 22, scalar) readonly buffer Overflow { uint overflow[]; };
 
@@ -38,16 +39,17 @@ void add_to_layer(uint at, float x) {
 }
 
 void add_layers(uint pixel, vec3 direct, vec3 other, vec3 caustic) {
-    uint first = 7u * pixel, layer = 17u * pixel;
-    [[dont_unroll]] for (uint i = 0u; i < 6u; ++i) add_to_layer(layer + i, aov_first[first + i]);
-    float depth = aov_first[first + 6u];
+    uint first = AOV_FLOATS * pixel, layer = LAYER_SUMS * pixel;
+    // Albedo and normal stand in the same order in both.
+    [[dont_unroll]] for (uint i = 0u; i < AOV_AT_DEPTH; ++i) add_to_layer(layer + i, aov_first[first + i]);
+    float depth = aov_first[first + AOV_AT_DEPTH];
     bool seen = !isinf(depth);
-    add_to_layer(layer + 6u, seen ? depth * params.depth_unit : 0.0);
-    add_to_layer(layer + 7u, seen ? 1.0 : 0.0);
+    add_to_layer(layer + LAYER_AT_DEPTH, seen ? depth * params.depth_unit : 0.0);
+    add_to_layer(layer + LAYER_AT_COVERAGE, seen ? 1.0 : 0.0);
     [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
-        add_to_layer(layer + 8u + i, direct[i] * params.unit);
-        add_to_layer(layer + 11u + i, other[i] * params.unit);
-        add_to_layer(layer + 14u + i, caustic[i] * params.unit);
+        add_to_layer(layer + LAYER_AT_DIRECT + i, direct[i] * params.unit);
+        add_to_layer(layer + LAYER_AT_INDIRECT + i, other[i] * params.unit);
+        add_to_layer(layer + LAYER_AT_CAUSTIC + i, caustic[i] * params.unit);
     }
 }
 
@@ -77,12 +79,12 @@ void main() {
         value = clamp(value, vec3(-EXACT_LARGEST), vec3(EXACT_LARGEST));
     }
     float squared_scale = pass[0].radius_scale * pass[0].radius_scale;
-    uint at = 9u * pixel;
+    uint at = FILM_SUMS * pixel;
     [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
         float x = value[i];
         add_to_film(at + i, x);
-        add_to_film(at + 3u + i, min(x * x, EXACT_LARGEST));
-        add_to_film(at + 6u + i, x * squared_scale);
+        add_to_film(at + FILM_SQUARES + i, min(x * x, EXACT_LARGEST));
+        add_to_film(at + FILM_SCALED + i, x * squared_scale);
     }
     if (AOV) add_layers(pixel, direct, other, caustic);
 }

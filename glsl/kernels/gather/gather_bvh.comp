@@ -39,7 +39,7 @@ bool holds(vec4 low, vec4 high, vec3 p) {
 
 Photon load_photon(uint i) {
     if (RECORD == 0u) return photons[i];
-    uint at = 5u * i;
+    uint at = PACKED_WORDS * i;
     uvec3 position = uvec3(records[at], records[at + 1u], records[at + 2u]);
     return unpack20(position, records[at + 3u], records[at + 4u], ranges[0]);
 }

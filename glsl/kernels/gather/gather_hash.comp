@@ -115,12 +115,12 @@ HashSlot find(uint key, inout uint steps) {
 
 vec3 position_of(uint i) {
     if (RECORD == 0u) return uintBitsToFloat(photons[i].a.xyz);
-    return uintBitsToFloat(uvec3(records[5u * i], records[5u * i + 1u], records[5u * i + 2u]));
+    return uintBitsToFloat(uvec3(records[PACKED_WORDS * i], records[PACKED_WORDS * i + 1u], records[PACKED_WORDS * i + 2u]));
 }
 
 Photon load_photon(uint i) {
     if (RECORD == 0u) return photons[i];
-    uint at = 5u * i;
+    uint at = PACKED_WORDS * i;
     return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
 }
 

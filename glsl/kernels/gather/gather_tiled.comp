@@ -78,7 +78,7 @@ Photon load_photon(uint index, TileBox tile) {
         uvec3 record = uvec3(records[index], powers[index], looks[index]);
         return unpack12_at(entry_place(index, radius12(record.z, ranges[0]), tile), record, ranges[0]);
     }
-    uint at = 5u * index;
+    uint at = PACKED_WORDS * index;
     return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
 }
 
@@ -168,8 +168,8 @@ void main() {
         uint first = clamp(params.first, at, at + count) - at, end = clamp(params.first + params.most, at, at + count) - at;
         TileBox box = TileBox(vec3(0.0), vec3(0.0));
         if (RECORD == 12u) {
-            box.low = tiles[TILE_WORDS * t].xyz;
-            box.size = tiles[TILE_WORDS * t + 1u].xyz - box.low;
+            box.low = tiles[TILE_VECTORS * t].xyz;
+            box.size = tiles[TILE_VECTORS * t + 1u].xyz - box.low;
         }
         if (first < end) add_entries(sum, walk, x, begin + first, begin + end, low, high, box);
         at += count;

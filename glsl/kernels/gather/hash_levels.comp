@@ -12,11 +12,11 @@ layout(set = 0, binding = 17, scalar) readonly buffer Bounds { Aabb bounds[]; };
 layout(set = 0, binding = 18, scalar) writeonly buffer Levels { HashLevel levels[]; };
 layout(set = 0, binding = 19, scalar) writeonly buffer InUse { uint in_use[]; };
 
-const float SMALL = 7.888609052210118e-31; // 2^-100
-const float LARGE = 1.329227995784916e36; // 2^120
+const float HASH_SMALL = 7.888609052210118e-31; /// 2^-100: least radius of a level, also relative to coordinates.
+const float HASH_LARGE = 1.329227995784916e36; /// 2^120: with larger coordinates each level is one cell.
 
-// A cell is a little wider than a hit looks, so that rounding does not make it meet three cells of an axis.
-const float WIDER = 1.015625;
+/// A cell is wider than a hit looks by this factor, so that rounding does not make it meet three cells of an axis.
+const float HASH_WIDER = 1.015625;
 
 void main() {
     uint level = gl_LocalInvocationID.x;
@@ -24,9 +24,9 @@ void main() {
     float reach = max(max_component(abs(bounds[0].min)), max_component(abs(bounds[0].max)));
     // No smaller than 2^-100 of the coordinates, so that a coordinate in cells is always finite and no radius is denormal.
     float radius = uintBitsToFloat(largest[0]) * uintBitsToFloat((127u - level) << 23);
-    radius = max(radius, max(SMALL, SMALL * reach));
+    radius = max(radius, max(HASH_SMALL, HASH_SMALL * reach));
     // Places relative to cells: not more cells than that their corners are exact, and rounding a small part of them.
     if (RECORD == 12u) radius = max(radius, reach * 6.103515625e-5); // 2^-14
     // Near the end of the floats, and without photons, each level is one cell.
-    levels[level] = reach <= LARGE ? HashLevel(radius, 1.0 / (2.0 * WIDER * radius)) : HashLevel(0.0, 0.0);
+    levels[level] = reach <= HASH_LARGE ? HashLevel(radius, 1.0 / (2.0 * HASH_WIDER * radius)) : HashLevel(0.0, 0.0);
 }

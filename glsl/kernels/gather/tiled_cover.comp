@@ -40,7 +40,7 @@ Footprint footprint_of(Photon p) {
     vec3 moved = vec3(0.0);
     if (RECORD == 12u) {
         // As far as in the widest tile. What a photon gains by a move, it loses elsewhere: a tile that left it out would only lose.
-        uint top = tiles.length() - TILE_WORDS;
+        uint top = tiles.length() - TILE_VECTORS;
         vec3 low = tiles[top].xyz, size = max(vec3(0.0), tiles[top + 1u].xyz - low);
         tile_box(low, size, disc_radius(p));
         moved = size * (0.501 / PLACE_STEPS);
@@ -99,7 +99,7 @@ vec2 products(vec3 v, vec3 low, vec3 high) {
 
 // Whether the footprint may count at a hit of the tile. What most tiles fail comes first, and the rest is not loaded then.
 bool meets(uint tile, Footprint f, Reach r, Aabb box) {
-    uint at = TILE_WORDS * tile;
+    uint at = TILE_VECTORS * tile;
     vec4 low = tiles[at], high = tiles[at + 1u];
     if (!(all(lessThanEqual(vec4(box.min, r.depth.x), high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), low)))) return false;
     vec4 window = tiles[at + 2u];
@@ -134,7 +134,7 @@ void main() {
     if (i >= photon_count[0]) return;
     Camera c = camera[0];
     Aabb box = boxes[i];
-    float near = tiles[tiles.length() - TILE_WORDS].w;
+    float near = tiles[tiles.length() - TILE_VECTORS].w;
     Footprint f = footprint_of(photons[i]);
     box.min -= f.moved;
     box.max += f.moved;

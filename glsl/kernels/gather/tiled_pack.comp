@@ -25,7 +25,7 @@ void main() {
     Photon p = discs[entries[e]];
     // With the radius that will be read from the record.
     float radius = radius_decode(radius_encode(disc_radius(p), ranges[0], 256u), ranges[0], 256u);
-    vec3 low = tiles[TILE_WORDS * keys[e]].xyz, size = tiles[TILE_WORDS * keys[e] + 1u].xyz - low;
+    vec3 low = tiles[TILE_VECTORS * keys[e]].xyz, size = tiles[TILE_VECTORS * keys[e] + 1u].xyz - low;
     tile_box(low, size, radius);
     uvec3 record = pack12(p, ranges[0], low, size);
     places[e] = record.x;

@@ -14,11 +14,11 @@ layout(constant_id = 20) const bool CAUSTIC = false;
 
 // How large footprints are: FOOTPRINT_*.
 layout(constant_id = 21) const uint FOOTPRINT = 0;
-const uint FOOTPRINT_DIFFERENTIAL = 0u; // photon differentials (Fabianowski and Dingliana 2009)
-const uint FOOTPRINT_DENSITY = 1u;      // discs by path density (Mara, Luebke and McGuire 2013, equations 4 and 5)
-const uint FOOTPRINT_FIXED = 2u;        // discs of one radius in every pass
-const uint FOOTPRINT_NONE = 3u;         // a light vertex takes the deposit's place, to be connected to the camera
-const float CONE = 1e-3;                // steradians
+const uint FOOTPRINT_DIFFERENTIAL = 0u; /// Photon differentials (Fabianowski and Dingliana 2009).
+const uint FOOTPRINT_DENSITY = 1u; /// Discs by path density (Mara, Luebke and McGuire 2013, equations 4 and 5).
+const uint FOOTPRINT_FIXED = 2u;   /// Discs of one radius in every pass.
+const uint FOOTPRINT_NONE = 3u;    /// A light vertex takes the deposit's place, to be connected to the camera.
+const float CONE = 1e-3; // steradians
 
 layout(push_constant, scalar) uniform Params {
     float smoothing; // the paper's s for this class of photons

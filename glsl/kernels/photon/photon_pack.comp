@@ -27,7 +27,7 @@ void main() {
         p = unpack12_at(uintBitsToFloat(p.a.xyz), pack12(p, range, vec3(0.0), vec3(1.0)), range);
     } else {
         Packed20 r = pack20(p, range);
-        uint at = 5u * i;
+        uint at = PACKED_WORDS * i;
         records[at] = r.words[0];
         records[at + 1u] = r.words[1];
         records[at + 2u] = r.words[2];

@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
 #include "lib/header.glsl"
+#include "shared/photon.glsl"
 
 layout(set = 0, binding = 16, scalar) readonly buffer Order { uint order[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -12,10 +13,6 @@ layout(set = 0, binding = 19, scalar) writeonly buffer Sorted { uint sorted[]; }
 void main() {
     uint k = linear_id();
     if (k >= count[0]) return;
-    uint from = 5u * order[k], to = 5u * k;
-    sorted[to] = records[from];
-    sorted[to + 1u] = records[from + 1u];
-    sorted[to + 2u] = records[from + 2u];
-    sorted[to + 3u] = records[from + 3u];
-    sorted[to + 4u] = records[from + 4u];
+    uint from = PACKED_WORDS * order[k], to = PACKED_WORDS * k;
+    for (uint i = 0u; i < PACKED_WORDS; ++i) sorted[to + i] = records[from + i];
 }

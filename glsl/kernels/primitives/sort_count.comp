@@ -12,10 +12,10 @@ layout(set = 0, binding = 2, scalar) writeonly buffer Table { uint table[]; };
 
 void main() {
     uint n = min(count[0], params.capacity);
-    uint workers = gl_NumWorkGroups.x * WORKERS;
-    uint worker = gl_WorkGroupID.x * WORKERS + gl_LocalInvocationIndex;
+    uint workers = gl_NumWorkGroups.x * RADIX_WORKERS;
+    uint worker = gl_WorkGroupID.x * RADIX_WORKERS + gl_LocalInvocationIndex;
     Share share = share_of(worker, workers, n, 1u);
-    for (uint d = 0u; d < DIGITS; d++) s_digit[counter(d)] = 0u;
+    for (uint d = 0u; d < RADIX_DIGITS; d++) s_digit[counter(d)] = 0u;
     for (uint i = share.first; i < share.end; i++) s_digit[counter(digit_of(keys[i], params.shift, params.mask))]++;
-    for (uint d = 0u; d < DIGITS; d++) table[d * workers + worker] = s_digit[counter(d)];
+    for (uint d = 0u; d < RADIX_DIGITS; d++) table[d * workers + worker] = s_digit[counter(d)];
 }

@@ -13,10 +13,10 @@ layout(set = 0, binding = 3, scalar) writeonly buffer SortedKeys { uint sorted_k
 
 void main() {
     uint n = min(count[0], params.capacity);
-    uint workers = gl_NumWorkGroups.x * WORKERS;
-    uint worker = gl_WorkGroupID.x * WORKERS + gl_LocalInvocationIndex;
+    uint workers = gl_NumWorkGroups.x * RADIX_WORKERS;
+    uint worker = gl_WorkGroupID.x * RADIX_WORKERS + gl_LocalInvocationIndex;
     Share share = share_of(worker, workers, n, 1u);
-    for (uint d = 0u; d < DIGITS; d++) s_digit[counter(d)] = table[d * workers + worker];
+    for (uint d = 0u; d < RADIX_DIGITS; d++) s_digit[counter(d)] = table[d * workers + worker];
     for (uint i = share.first; i < share.end; i++) {
         uint key = keys[i];
         uint slot = counter(digit_of(key, params.shift, params.mask));

@@ -5,6 +5,7 @@
 //! front of the photon, which cuts the photons on surfaces that are hidden.
 
 use super::{Band, Points, Program};
+use crate::constants::{ICOSAHEDRON_CORNERS, PIXEL_ROWS};
 use crate::draw_state::{Cull, DepthTest, DrawState, Topology};
 use crate::graph::{Buf, Draw, DrawArgs, Graph, Grid, Instances, RasterPass};
 use crate::kernels::Items;
@@ -19,10 +20,6 @@ use crate::kernels::generated::{
     BoundsSplatFragBindings, BoundsSplatFragParams, Photon,
 };
 
-/// Rows of a strip of pixels (glsl/lib/pixels.glsl).
-const STRIP: u32 = 4;
-/// Corners of twenty triangles.
-const ICOSAHEDRON_CORNERS: u32 = 60;
 /// Corners that a polygon may have.
 pub const POLYGON_CORNERS: std::ops::RangeInclusive<u32> = 6..=18;
 
@@ -87,9 +84,9 @@ struct Rows {
 impl Rows {
     fn of(band: Band<'_>) -> Self {
         let [width, height] = band.size;
-        let strip = STRIP * width;
-        let first = STRIP * (band.first_pixel / strip);
-        let end = (STRIP * (band.first_pixel + band.pixels).div_ceil(strip)).min(height);
+        let strip = PIXEL_ROWS * width;
+        let first = PIXEL_ROWS * (band.first_pixel / strip);
+        let end = (PIXEL_ROWS * (band.first_pixel + band.pixels).div_ceil(strip)).min(height);
         Self { first, count: end - first }
     }
 }

@@ -12,6 +12,7 @@
 
 use super::brute::finish_always;
 use super::{Points, Program};
+pub use crate::constants::{HASH_LEVEL_SHIFT as HASH_BITS, HASH_LEVELS as LEVELS, HASH_NONE as NONE};
 use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::generated::{
     Aabb, GatherHash, GatherHashBindings, GatherHashParams, HashExtent, HashExtentBindings, HashFile, HashFileBindings,
@@ -21,15 +22,6 @@ use crate::kernels::generated::{
 use crate::kernels::photon::Deposits;
 use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, reduce, sort};
-
-/// Most levels.
-pub const LEVELS: u32 = 16;
-
-/// Bits of a cell's hash.
-pub const HASH_BITS: u32 = 28;
-
-/// Key of what is in no cell; of the empty slots of the table.
-pub const NONE: u32 = u32::MAX;
 
 /// How to build.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,9 @@
 //! The specification of the hash grid's filing ([`mod@super::hash`]).
 
 use super::hash::{HASH_BITS, LEVELS, NONE};
+use crate::constants::{HASH_LARGE, HASH_SMALL, HASH_WIDER};
 use crate::kernels::generated::{Aabb, HashLevel, Photon};
 use crate::kernels::reduce::is_valid;
-
-/// A cell is wider than a hit looks by this factor, so that rounding does not make it meet three cells of an axis.
-const WIDER: f32 = 1.015_625;
 
 /// Centre of a photon.
 pub fn centre(photon: &Photon) -> [f32; 3] {
@@ -23,11 +21,10 @@ pub fn extent(photon: &Photon, b: &Aabb) -> f32 {
 /// Radius and scale of the levels, for the largest extent and the box of all footprints.
 pub fn levels(largest: f32, bounds: &Aabb) -> Vec<HashLevel> {
     let reach = bounds.min.iter().chain(&bounds.max).fold(0f32, |a, x| a.max(x.abs()));
-    let small = 2f32.powi(-100);
     let level = |l: u32| {
-        let radius = (largest * 0.5f32.powi(l as i32)).max(small).max(small * reach);
-        let scale = 1.0 / (2.0 * WIDER * radius);
-        if reach <= 2f32.powi(120) { HashLevel { radius, scale } } else { HashLevel { radius: 0.0, scale: 0.0 } }
+        let radius = (largest * 0.5f32.powi(l as i32)).max(HASH_SMALL).max(HASH_SMALL * reach);
+        let scale = 1.0 / (2.0 * HASH_WIDER * radius);
+        if reach <= HASH_LARGE { HashLevel { radius, scale } } else { HashLevel { radius: 0.0, scale: 0.0 } }
     };
     (0..LEVELS).map(level).collect()
 }

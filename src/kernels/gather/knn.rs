@@ -7,6 +7,7 @@
 
 use super::brute::unfinished;
 use super::{Points, Program};
+use crate::constants::{KNN_DIGITS, KNN_LEAF};
 use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::Items;
 use crate::kernels::generated::{
@@ -20,10 +21,6 @@ use crate::kernels::photon::{self, Deposits};
 /// Largest k.
 pub const MAX_NEIGHBOURS: u32 = 512;
 
-/// Photons of a leaf (KNN_LEAF of glsl/shared/knn.glsl).
-const LEAF: u32 = 8;
-/// Digits of an order key (glsl/lib/knn_digits.glsl).
-const DIGITS: u32 = 16;
 /// Photons of one dispatch of the selection, below the shortest loop limit known (65,535) with its other loops.
 const WINDOW: u32 = 60_000;
 
@@ -43,7 +40,7 @@ pub fn knn_map(g: &mut Graph, deposits: &Deposits, fences: bool) -> KnnMap {
     let options = lbvh::Options { leaf_items: 1, fences };
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
     let map = photon::in_order(g, deposits, tree, None);
-    let leaves = map.photons.len().div_ceil(LEAF).next_power_of_two();
+    let leaves = map.photons.len().div_ceil(KNN_LEAF).next_power_of_two();
     let mut nodes = g.buffer("knn_nodes", 2 * leaves);
     let bind = KnnLeavesBindings {
         sorted_count: &map.tree.counts,
@@ -119,7 +116,7 @@ pub fn knn_by_digits(
 ) {
     let mut keys: Buf<KnnKey> = g.buffer("knn_keys", 2 * points.list.len());
     let windows = || (0..deposits.photons.len().max(1)).step_by(WINDOW as usize);
-    for digit in 0..DIGITS {
+    for digit in 0..KNN_DIGITS {
         for first in windows() {
             let bind = KnnSelectBindings {
                 list: points.list,

@@ -24,6 +24,7 @@ pub use tiled::tiled;
 
 use super::eye::{EyeHits, SlotList};
 use super::scene_data::Variant;
+use crate::constants::{WEIGHT_CONE, WEIGHT_CONSTANT, WEIGHT_EPANECHNIKOV};
 use crate::graph::{Buf, DispatchArgs};
 use crate::kernels::generated::{Camera, EyeHit, Pass};
 
@@ -42,7 +43,11 @@ pub enum Weight {
 impl Weight {
     /// WEIGHT_* of glsl/lib/estimate.glsl.
     pub(crate) fn code(self) -> u32 {
-        self as u32
+        match self {
+            Self::Constant => WEIGHT_CONSTANT,
+            Self::Cone => WEIGHT_CONE,
+            Self::Epanechnikov => WEIGHT_EPANECHNIKOV,
+        }
     }
 }
 

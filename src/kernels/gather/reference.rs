@@ -1,6 +1,7 @@
 //! The specification of the density estimators for Lambert surfaces, in double precision, and photons and hits to feed it.
 
 use super::Weight;
+use crate::constants::{SAME_SURFACE, SLAB};
 use crate::kernels::generated::{Aabb, EyeHit, Photon};
 
 /// A photon with an elliptic footprint.
@@ -21,11 +22,6 @@ pub struct Disc {
     /// Boundary: a unit vector and a distance below 1, both in units of the semiaxes.
     pub fold: Option<([f32; 2], f32)>,
 }
-
-/// Half thickness of a footprint in longer semiaxes (SLAB of glsl/shared/photon.glsl).
-const SLAB: f32 = 0.5;
-/// Least cosine between the normals of one surface (SAME_SURFACE of glsl/shared/photon.glsl).
-const SAME_SURFACE: f64 = 0.3;
 
 impl Disc {
     /// As it is stored, and the box around its footprint.
@@ -78,7 +74,7 @@ pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     let normal = oct_decode(photon.a[3]);
     let height = dot(offset, normal) / longer_semiaxis(photon);
     let facing = dot(normal, oct_decode(hit.a[3]));
-    let covers = r2 < 1.0 && height.abs() < f64::from(SLAB) && facing > SAME_SURFACE;
+    let covers = r2 < 1.0 && height.abs() < f64::from(SLAB) && facing > f64::from(SAME_SURFACE);
     if !covers {
         return 0.0;
     }

@@ -4,10 +4,8 @@ use std::f64::consts::PI;
 
 use super::Weight;
 use super::reference::{density, float, longer_semiaxis, shape};
+use crate::constants::KNN_LEAST_RADIUS;
 use crate::kernels::generated::{EyeHit, Photon};
-
-/// Least radius of a disc in longer semiaxes of its photons (LEAST_RADIUS of glsl/lib/knn.glsl).
-const LEAST_RADIUS: f64 = 1.0 / 256.0;
 
 /// What is found at a hit.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -38,7 +36,7 @@ fn at(hit: &EyeHit, photons: &[Photon], weight: Weight, k: usize) -> Found {
             let density = match disc {
                 None => density(hit, photon, weight),
                 Some(disc) => {
-                    let r2 = disc.max((LEAST_RADIUS * longer_semiaxis(photon)).powi(2));
+                    let r2 = disc.max((f64::from(KNN_LEAST_RADIUS) * longer_semiaxis(photon)).powi(2));
                     shape(weight, (f64::from(*d2) / r2).min(1.0)) / (PI * r2)
                 }
             };

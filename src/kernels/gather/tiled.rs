@@ -10,6 +10,8 @@
 //! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another estimator.
 
 use super::{Band, Points, Program};
+pub use crate::constants::MOST_TILES;
+use crate::constants::{PIXEL_ROWS, TILE_VECTORS};
 use crate::graph::{Buf, DeviceClass, DispatchArgs, Graph, Grid};
 use crate::kernels::generated::{
     Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, RadiusRange, TiledBounds, TiledBoundsBindings,
@@ -21,9 +23,6 @@ use crate::kernels::photon::Deposits;
 use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, scan, sort};
 
-/// Most tiles that a photon is put into (glsl/lib/tiles.glsl).
-pub const MOST_TILES: u32 = 16;
-
 /// Bytes per stored photon beside the photon and its box: tiles, count, place, and whether any tile has it.
 pub const PHOTON_BYTES: u32 = 8 + 4 + 4 + 4;
 
@@ -33,14 +32,8 @@ pub const ENTRY_BYTES: u32 = 16;
 /// Bytes per entry of a record of 12 bytes.
 pub const RECORD_BYTES: u32 = 12;
 
-/// Rows of pixels in a strip (glsl/lib/pixels.glsl).
-const STRIP: u32 = 4;
-
 /// Pixels along a side of the block of a workgroup.
 const BLOCK: u32 = 8;
-
-/// Vectors per tile (TILE_WORDS of glsl/lib/tiles.glsl).
-const TILE_VECTORS: u32 = 5;
 
 /// The tiles of a band.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,9 +56,9 @@ impl Tiles {
             DeviceClass::Gpu => 4,
         };
         let [width, height] = band.size;
-        let row_of = |pixel: u32| (pixel / (STRIP * width) * STRIP).min(height - 1);
+        let row_of = |pixel: u32| (pixel / (PIXEL_ROWS * width) * PIXEL_ROWS).min(height - 1);
         let first_row = row_of(band.first_pixel) >> shift;
-        let last_line = (row_of(band.first_pixel + band.pixels - 1) + STRIP - 1).min(height - 1);
+        let last_line = (row_of(band.first_pixel + band.pixels - 1) + PIXEL_ROWS - 1).min(height - 1);
         let lowest = [((width - 1) >> shift) + 1, (last_line >> shift) + 1 - first_row];
         let levels = u32::BITS - (lowest[0].max(lowest[1]) - 1).leading_zeros() + 1;
         Self { shift, lowest, first_row, levels }
@@ -334,9 +327,9 @@ mod tests {
             for class in [DeviceClass::Cpu, DeviceClass::Gpu] {
                 let tiles = Tiles::new(class, Band { camera: &camera, size, first_pixel, pixels });
                 for pixel in first_pixel..first_pixel + pixels {
-                    let strip = pixel / (STRIP * size[0]);
-                    let rows = STRIP.min(size[1] - strip * STRIP);
-                    let y = strip * STRIP + (pixel - strip * STRIP * size[0]) % rows;
+                    let strip = pixel / (PIXEL_ROWS * size[0]);
+                    let rows = PIXEL_ROWS.min(size[1] - strip * PIXEL_ROWS);
+                    let y = strip * PIXEL_ROWS + (pixel - strip * PIXEL_ROWS * size[0]) % rows;
                     let row = y >> tiles.shift;
                     assert!(row >= tiles.first_row && row - tiles.first_row < tiles.lowest[1], "{size:?}, {pixel}");
                 }

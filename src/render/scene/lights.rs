@@ -2,14 +2,9 @@
 
 use std::f64::consts::PI;
 
+use crate::constants::{LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE};
 use crate::kernels::generated::Light as DeviceLight;
 use crate::scene::{Environment, Light, Material, Scene};
-
-const POINT: u32 = 0;
-const SPOT: u32 = 1;
-const DIRECTIONAL: u32 = 2;
-const TRIANGLE: u32 = 3;
-const ENVIRONMENT: u32 = 4;
 
 /// Lights and the sampling tables of the environment.
 #[derive(Default)]
@@ -49,7 +44,7 @@ impl LightTable {
             if luminance(emission) > 0.0 && !scene.materials[material].unlit {
                 let area = area(scene, id);
                 let device = DeviceLight {
-                    kind: TRIANGLE,
+                    kind: LIGHT_TRIANGLE,
                     emission,
                     area: area as f32,
                     triangle: at as u32,
@@ -92,7 +87,8 @@ impl LightTable {
     /// photons carry.
     pub fn greatest_power(&self) -> [f64; 3] {
         let sky = self.environment.iter().fold([0.0; 3], |sum, texel| std::array::from_fn(|k| sum[k] + texel[k]));
-        let colours = self.lights.iter().map(|light| if light.kind == ENVIRONMENT { sky } else { light.emission });
+        let colours =
+            self.lights.iter().map(|light| if light.kind == LIGHT_ENVIRONMENT { sky } else { light.emission });
         let shares = colours.map(|c| (c, luminance(c))).filter(|(_, y)| *y > 0.0 && y.is_finite());
         shares
             .fold([0.0; 3], |most, (c, y)| std::array::from_fn(|k| f64::max(most[k], f64::from(c[k]) / y * self.power)))
@@ -115,7 +111,7 @@ impl LightTable {
 
     /// Probability with which the environment is chosen as a light.
     pub fn environment_probability(&self) -> f32 {
-        self.lights.iter().find(|light| light.kind == ENVIRONMENT).map_or(0.0, |light| light.probability)
+        self.lights.iter().find(|light| light.kind == LIGHT_ENVIRONMENT).map_or(0.0, |light| light.probability)
     }
 
     fn add_environment(&mut self, powers: &mut Vec<f64>, e: &Environment, radius: f64) {
@@ -143,7 +139,7 @@ impl LightTable {
         self.add_texel_densities(width, height);
         // Texel weights are radiance times solid angle.
         let solid = 2.0 * PI * PI / (width as f64 * height as f64);
-        let light = DeviceLight { kind: ENVIRONMENT, ..DeviceLight::default() };
+        let light = DeviceLight { kind: LIGHT_ENVIRONMENT, ..DeviceLight::default() };
         self.push(powers, light, PI * radius * radius * total * solid);
     }
 }
@@ -183,7 +179,7 @@ fn texel_weights(e: &Environment) -> Vec<f64> {
 fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
     match *light {
         Light::Point { position, intensity } => (
-            DeviceLight { kind: POINT, position, emission: intensity, ..DeviceLight::default() },
+            DeviceLight { kind: LIGHT_POINT, position, emission: intensity, ..DeviceLight::default() },
             4.0 * PI * luminance(intensity),
         ),
         Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
@@ -191,7 +187,7 @@ fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
             // The falloff t^2 between the cones integrates to a third of the width.
             let solid = 2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0);
             let device = DeviceLight {
-                kind: SPOT,
+                kind: LIGHT_SPOT,
                 position,
                 direction,
                 emission: intensity,
@@ -202,7 +198,7 @@ fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
             (device, solid * luminance(intensity))
         }
         Light::Directional { direction, irradiance } => (
-            DeviceLight { kind: DIRECTIONAL, direction, emission: irradiance, ..DeviceLight::default() },
+            DeviceLight { kind: LIGHT_DIRECTIONAL, direction, emission: irradiance, ..DeviceLight::default() },
             PI * radius * radius * luminance(irradiance),
         ),
     }

@@ -1,15 +1,12 @@
 //! Vertex attributes and textures as the kernels read them.
 
+use crate::constants::{
+    MATERIAL_UNLIT, MATERIAL_VOLUME, NO_TEXTURE, TEXTURE_LINEAR, TEXTURE_SRGB, TEXTURE_UV1, WRAP_CLAMP, WRAP_MIRROR,
+    WRAP_REPEAT, WRAP_V_SHIFT,
+};
 use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
 use crate::scene::{Geometry, Material, Scene, Texture, TextureRef, Wrap};
-
-const MATERIAL_VOLUME: u32 = 1;
-const MATERIAL_UNLIT: u32 = 2;
-const NO_TEXTURE: u32 = u32::MAX;
-const TEXTURE_LINEAR: u32 = 16;
-const TEXTURE_SRGB: u32 = 32;
-const TEXTURE_UV1: u32 = 64;
 
 /// Vertex attributes of each triangle of `order`, laid out by `variant` (glsl/lib/scene_bindings.glsl).
 pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32; 4]> {
@@ -118,11 +115,11 @@ impl Textures {
             at
         });
         let mode = |wrap: Wrap| match wrap {
-            Wrap::Repeat => 0,
-            Wrap::Clamp => 1,
-            Wrap::Mirror => 2,
+            Wrap::Repeat => WRAP_REPEAT,
+            Wrap::Clamp => WRAP_CLAMP,
+            Wrap::Mirror => WRAP_MIRROR,
         };
-        let mut flags = mode(wrap[0]) | (mode(wrap[1]) << 2);
+        let mut flags = mode(wrap[0]) | (mode(wrap[1]) << WRAP_V_SHIFT);
         flags |= if linear { TEXTURE_LINEAR } else { 0 } | if srgb { TEXTURE_SRGB } else { 0 };
         flags |= if reference.uv_set == 1 { TEXTURE_UV1 } else { 0 };
         self.uses.push(TextureUse {

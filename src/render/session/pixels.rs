@@ -1,6 +1,6 @@
 //! Order of pixels on the device, the host's copy of glsl/lib/pixels.glsl.
 
-const ROWS: u32 = 4;
+use crate::constants::PIXEL_ROWS as ROWS;
 
 /// Column and row of the pixel with this index.
 pub fn position(index: u32, width: u32, height: u32) -> (u32, u32) {
