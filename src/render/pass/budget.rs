@@ -2,7 +2,7 @@
 
 use crate::kernels::photon::Emission;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Method, Settings};
+use crate::render::settings::Settings;
 
 /// Which photons a pass emits.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ impl PhotonBudget {
     pub fn of(device: &DeviceScene, settings: &Settings) -> Self {
         let total = settings.photon_count();
         let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
-        if none || settings.method == Method::Path {
+        if none || !settings.method.traits().emits_photons {
             return Self { emissions: vec![], capacity: 0 };
         }
         let global = |count: u32| Emission {

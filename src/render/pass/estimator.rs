@@ -1,15 +1,14 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
+use super::content::Content;
 use crate::error::{Error, Result};
 use crate::graph::{Buf, Graph};
 use crate::kernels::gather::{
     self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
 };
-use crate::kernels::light::{self, Splats};
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
-use crate::render::scene::upload::DeviceScene;
 use crate::render::settings::{Estimator, Record, Settings};
 use crate::vk::{Device, Feature};
 
@@ -55,8 +54,6 @@ pub enum Structure {
     Image(InImage, Option<PhotonMap>),
     /// The deposits as they are.
     Brute,
-    /// Connections of light vertices to the camera: exact, no estimator.
-    Connections(Splats),
 }
 
 /// Estimators that work in the image: of the photons they keep the deposits as they are, or packed.
@@ -71,17 +68,12 @@ pub enum InImage {
     Bounds(Bounds),
 }
 
-/// Builds what `estimator` gathers from.
-pub fn build(
-    g: &mut Graph,
-    estimator: Estimator,
-    device: &DeviceScene,
-    settings: &Settings,
-    deposits: &mut Deposits,
-) -> Structure {
+/// Builds what the chosen estimator gathers from.
+pub fn build(g: &mut Graph, content: Content<'_>, deposits: &mut Deposits) -> Structure {
+    let Content { device, settings, .. } = content;
     let options = lbvh::Options { leaf_items: settings.leaf_size(), fences: device.fences };
     let drawn = |shape| Bounds { shape, amplification: settings.amplification };
-    let kind = match estimator {
+    let kind = match content.estimator() {
         Estimator::Bvh => {
             return Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20));
         }
@@ -137,9 +129,6 @@ pub fn gather(
             let (straight, bent) = gather::split(g, points);
             in_image(g, program, (kind, deposits), (straight.points(points), band), gathered);
             gather::bvh(g, program, bent.points(points), (map, deposits), gathered);
-        }
-        Structure::Connections(splats) => {
-            light::sum(g, (band.camera, band.pixels), splats, &deposits.count, gathered);
         }
         Structure::Brute => gather::brute(g, program, points, (&deposits.photons, &deposits.count), gathered),
     }

@@ -1,38 +1,51 @@
-//! Light tracing (`Method::Light`): the photons of a pass, whose places are connected to the camera instead of gathered.
+//! Light tracing ([`Method::Light`](crate::render::Method::Light)): where photons meet surfaces is connected to the camera
+//! instead of gathered.
 
+use super::budget::PhotonBudget;
 use super::content::Content;
-use crate::error::{Error, Result};
+use super::transport::{BandLight, BandView, Transport};
+use super::{emission, eye};
 use crate::graph::Graph;
-use crate::kernels::light::{Splats, connect};
+use crate::kernels::light::{self, Splats};
 use crate::kernels::photon::Deposits;
 use crate::kernels::scene_data::SceneBuffers;
 use crate::render::scene::camera::device_camera;
-use crate::render::settings::{Method, Sampling, Settings};
 
-/// Refuses settings that light tracing has no meaning for.
-///
-/// # Errors
-/// [`Error::Usage`] for a lens and for sampling of density estimates.
-pub fn check(settings: &Settings) -> Result<()> {
-    if settings.method != Method::Light {
-        return Ok(());
+/// Light vertices and what all pixels see of them; `None` without photons.
+pub struct LightPaths(Option<(Deposits, Splats)>);
+
+impl LightPaths {
+    /// Traces the photons of a pass and connects their vertices to the camera.
+    pub fn prepare(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
+        let vertices = emission::vertices(g, content, buffers, budget);
+        Self(vertices.map(|vertices| {
+            let splats = g.scope("connections", |g| connect(g, content, buffers, &vertices));
+            (vertices, splats)
+        }))
     }
-    if settings.lens.is_some() {
-        let text = "--method light connects light to a pinhole or a parallel camera: leave --aperture out, or choose another method";
-        return Err(Error::Usage(text.into()));
-    }
-    if settings.sampling != Sampling::Full {
-        let text = "--method light estimates no density: leave --sampling out, or choose another method";
-        return Err(Error::Usage(text.into()));
-    }
-    Ok(())
 }
 
 /// What all pixels see of the light vertices of a pass.
-pub fn splats(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
+fn connect(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
     let Content { scene, device, settings } = content;
     let mut camera = device_camera(scene, settings, 1);
     camera.pixels = settings.pixels();
     let camera = g.upload("whole_camera", &[camera]);
-    connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
+    light::connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
+}
+
+impl Transport for LightPaths {
+    /// Eye paths bring emission and direct light.
+    fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
+        let (hits, mut gathered) = eye::look(g, at);
+        if let Some((vertices, splats)) = &self.0 {
+            let view = (at.camera, at.pixels);
+            g.scope("gather", |g| light::sum(g, view, splats, &vertices.count, &mut gathered));
+        }
+        BandLight::of(hits, gathered)
+    }
+
+    fn deposits(&self) -> Option<&Deposits> {
+        self.0.as_ref().map(|(vertices, _)| vertices)
+    }
 }

@@ -2,12 +2,18 @@
 
 pub mod budget;
 pub mod content;
+mod emission;
 pub mod estimator;
+mod eye;
 pub mod film_state;
-pub mod host_map;
+mod host_map;
 pub mod leaf_size;
-pub mod light;
-pub mod path;
+mod light;
+mod methods;
+mod path;
+mod photons;
 pub mod plan;
 pub mod recording;
-pub mod sampling;
+mod reports;
+mod sampling;
+mod transport;

@@ -1,37 +1,25 @@
-//! The methods beside photon mapping: what each puts into a band of the film.
+//! Path tracing ([`Method::Path`](crate::render::Method::Path)): paths from the eye find all light by themselves.
 
-use super::content::Content;
-use super::light;
-use crate::error::{Error, Result};
+use super::transport::{BandLight, BandView, Transport};
 use crate::graph::Graph;
-use crate::kernels::eye::View;
-use crate::kernels::path::{PathLight, PathSettings, trace};
-use crate::render::settings::{Method, Settings};
+use crate::kernels::path::{self, PathLight, PathSettings};
 
-/// Checks that a method can render with these settings.
-///
-/// # Errors
-/// [`Error::Usage`] if it has no such model.
-pub fn check(settings: &Settings) -> Result<()> {
-    match settings.method {
-        Method::Photons => Ok(()),
-        Method::Path if settings.blinn_phong => {
-            Err(Error::Usage("method path scatters by GGX: it has no Blinn-Phong model".into()))
-        }
-        Method::Path => Ok(()),
-        Method::Light => light::check(settings),
+/// Paths from the eye: nothing has to be prepared for them.
+pub struct EyePaths;
+
+impl Transport for EyePaths {
+    /// Paths may meet as many surfaces as photons may or eye paths may, whichever is more: mirrors and glass count like the
+    /// others. One light sample is taken at each surface; the sample of the lobes is the other strategy.
+    fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
+        let (device, settings) = (at.content.device, at.content.settings);
+        let path_settings = PathSettings {
+            pixels: at.pixels,
+            max_depth: settings.photon_bounces.max(settings.eye_depth),
+            light_samples: if device.light_count > 0 { 1 } else { 0 },
+            aov: settings.layers,
+        };
+        let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings));
+        let PathLight { radiance, gathered, aov_first, truncated } = paths;
+        BandLight { radiance, gathered, aov_first, truncated }
     }
-}
-
-/// Paths of a band of pixels. They may meet as many surfaces as photons may or eye paths may, whichever is more: mirrors
-/// and glass count like the others. One light sample at each surface: the lobes' own sample is the other strategy.
-pub fn path(g: &mut Graph, content: Content<'_>, view: View<'_>, pixels: u32) -> PathLight {
-    let Content { device, settings, .. } = content;
-    let path_settings = PathSettings {
-        pixels,
-        max_depth: settings.photon_bounces.max(settings.eye_depth),
-        light_samples: if device.light_count > 0 { 1 } else { 0 },
-        aov: settings.layers,
-    };
-    trace(g, view, device.variant, path_settings)
 }

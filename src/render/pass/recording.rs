@@ -6,12 +6,13 @@ use super::budget::PhotonBudget;
 use super::content::Content;
 use super::film_state::FilmState;
 use super::host_map::HostMap;
-use super::plan::{Planned, Reports, plan, plan_photons, plan_picture};
+use super::plan::{Planned, plan, plan_photons, plan_picture};
+use super::reports::Reports;
 use crate::error::Result;
 use crate::graph::{Executable, Input, Readback, Runtime, Timing};
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::render::scene::memory::Memory;
-use crate::render::settings::{Estimator, Method, PhotonBuild};
+use crate::render::settings::PhotonBuild;
 
 /// Name of the host's work among the scopes of a pass.
 const HOST_SCOPE: &str = "photon map";
@@ -57,12 +58,9 @@ impl Recording {
     /// # Errors
     /// [`crate::error::Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Result<Self> {
-        let settings = content.settings;
-        let estimator = settings.estimator_on(content.device.device_class);
         let mut recording =
             Self { runtime: runtime.clone(), parts: vec![], between: None, dump: String::new(), dispatches: 0 };
-        let builds_map = settings.method == Method::Photons && estimator == Estimator::Bvh;
-        if settings.photon_build == PhotonBuild::Linear || !builds_map || budget.emissions.is_empty() {
+        if content.settings.photon_build == PhotonBuild::Linear || !content.has_photon_tree(budget) {
             recording.add(plan(content, budget, state))?;
             return Ok(recording);
         }
@@ -70,7 +68,7 @@ impl Recording {
         let (photons, boxes) = plan_photons(content, budget, &map);
         recording.add(photons)?;
         recording.add(plan_picture(content, &map, state))?;
-        let leaf_items = settings.leaf_size();
+        let leaf_items = content.settings.leaf_size();
         recording.between = Some(Between { map, boxes, leaf_items, seconds: 0.0 });
         Ok(recording)
     }

@@ -23,12 +23,11 @@ use crate::render::pass::content::Content;
 use crate::render::pass::estimator;
 use crate::render::pass::film_state::FilmState;
 use crate::render::pass::leaf_size;
-use crate::render::pass::path;
 use crate::render::pass::plan;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Estimator, Lens, Method, Settings};
+use crate::render::settings::{Estimator, Lens, Settings};
 use crate::scene::{Projection, Scene};
 
 /// Counts over all passes so far.
@@ -40,7 +39,7 @@ pub struct Statistics {
     pub repeated: u64,
     /// Photons emitted.
     pub photons: u64,
-    /// Deposits stored in photon maps, or light vertices by [`Method::Light`].
+    /// Deposits stored in photon maps, or light vertices by [`crate::render::Method::Light`].
     pub deposits: u64,
     /// Guards that fired, by name.
     pub counters: Vec<(&'static str, u64)>,
@@ -68,7 +67,7 @@ pub struct Session {
     settings: Settings,
     budget: PhotonBudget,
     state: FilmState,
-    frame: Recording,
+    recording: Recording,
     statistics: Statistics,
     passes: PassSet,
     /// Values rejected in passes of a film that was restored.
@@ -91,7 +90,7 @@ impl Session {
                 scene.cameras.len()
             )));
         }
-        path::check(&settings)?;
+        settings.check_method()?;
         check_lens(&scene, &settings)?;
         estimator::check(runtime.device(), &settings)?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
@@ -106,15 +105,12 @@ impl Session {
         let budget = PhotonBudget::of(&device_scene, &settings);
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let state = FilmState::new(Memory::Device(runtime), content)?;
-        let has_tree = settings.method == Method::Photons
-            && !budget.emissions.is_empty()
-            && settings.estimator_on(device_scene.device_class) == Estimator::Bvh;
-        if settings.leaf_photons.is_none() && has_tree {
+        if settings.leaf_photons.is_none() && content.has_photon_tree(&budget) {
             let coverage = leaf_size::survey(runtime, content, &budget)?;
             settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
         }
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
-        let frame = Recording::new(runtime, content, &budget, &state)?;
+        let recording = Recording::new(runtime, content, &budget, &state)?;
         let statistics =
             Statistics { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Statistics::default() };
         Ok(Self {
@@ -124,7 +120,7 @@ impl Session {
             settings,
             budget,
             state,
-            frame,
+            recording,
             statistics,
             passes: PassSet::default(),
             rejected_before: 0,
@@ -158,7 +154,7 @@ impl Session {
             reserved: 0,
         };
         loop {
-            let overflow = self.frame.run(pass)?;
+            let overflow = self.recording.run(pass)?;
             if overflow == 0 {
                 break;
             }
@@ -181,16 +177,16 @@ impl Session {
         self.statistics.repeated += 1;
         self.budget.capacity = (needed * 5 / 4).min(most) as u32;
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
-        self.frame = Recording::new(&self.runtime, content, &self.budget, &self.state)?;
+        self.recording = Recording::new(&self.runtime, content, &self.budget, &self.state)?;
         Ok(())
     }
 
     fn count(&mut self, start: Instant) {
         let (photons_truncated, eye_truncated) =
-            (self.frame.sum(|r| &r.truncated), self.frame.sum(|r| &r.eye_truncated));
-        let deposits = self.frame.first(|r| r.deposits.as_ref());
-        let (counters, pairs) = (self.frame.counters(), self.frame.pairs());
-        let structure = self.frame.structure();
+            (self.recording.sum(|r| &r.truncated), self.recording.sum(|r| &r.eye_truncated));
+        let deposits = self.recording.first(|r| r.deposits.as_ref());
+        let (counters, pairs) = (self.recording.counters(), self.recording.pairs());
+        let structure = self.recording.structure();
         let s = &mut self.statistics;
         s.pairs_tested += pairs[0];
         s.pairs_accepted += pairs[1];
@@ -211,9 +207,9 @@ impl Session {
         s.seconds += start.elapsed().as_secs_f64();
     }
 
-    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`] and [`Method::Photons`].
+    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`] and [`crate::render::Method::Photons`].
     pub fn photons(&self) -> Vec<Photon> {
-        self.frame.photons()
+        self.recording.photons()
     }
 
     /// Photons in a leaf of the photon map at most, as given or as chosen; `None` where there is no such map.
@@ -239,22 +235,22 @@ impl Session {
 
     /// Times of the scopes of the last pass.
     pub fn timings(&self) -> Vec<Timing> {
-        self.frame.timings()
+        self.recording.timings()
     }
 
     /// The plan of a pass as text.
     pub fn plan_text(&self) -> &str {
-        &self.frame.dump
+        &self.recording.dump
     }
 
     /// Passes of the plan (dispatches, fills, copies).
     pub fn plan_passes(&self) -> usize {
-        self.frame.dispatches
+        self.recording.dispatches
     }
 
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
-        self.frame.device_bytes()
+        self.recording.device_bytes()
     }
 
     /// How the light of the photons is estimated.
@@ -264,7 +260,7 @@ impl Session {
 
     /// Bytes of the estimator; `None` without photons, and for methods that have none.
     pub fn estimator_bytes(&self) -> Option<EstimatorBytes> {
-        if self.settings.method != Method::Photons {
+        if !self.settings.method.traits().estimates_density {
             return None;
         }
         let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };

@@ -14,3 +14,42 @@ pub enum Method {
     /// light only: light tracing cannot connect there. Needs a pinhole or a parallel camera.
     Light,
 }
+
+/// What a method does and can do: settings, budgets and reports ask for these, not for the method itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Traits {
+    /// Photons leave the lights.
+    pub emits_photons: bool,
+    /// Light is estimated from the density of photons, so there is an estimator, and pictures have a bias that shrinks.
+    pub estimates_density: bool,
+    /// Eye paths may split at their surfaces.
+    pub splits_eye_paths: bool,
+    /// The camera may have a lens.
+    pub takes_lens: bool,
+    /// Rough glossy lobes may follow the model of Blinn and Phong.
+    pub takes_blinn_phong: bool,
+}
+
+impl Method {
+    /// What this method does and can do.
+    pub const fn traits(self) -> Traits {
+        let photons = Traits {
+            emits_photons: true,
+            estimates_density: true,
+            splits_eye_paths: true,
+            takes_lens: true,
+            takes_blinn_phong: true,
+        };
+        match self {
+            Self::Photons => photons,
+            Self::Path => Traits {
+                emits_photons: false,
+                estimates_density: false,
+                splits_eye_paths: false,
+                takes_blinn_phong: false,
+                ..photons
+            },
+            Self::Light => Traits { estimates_density: false, takes_lens: false, ..photons },
+        }
+    }
+}

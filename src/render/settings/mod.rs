@@ -6,6 +6,7 @@ mod method;
 pub mod names;
 mod radius_schedule;
 mod sampling;
+mod validate;
 
 use crate::graph::DeviceClass;
 use crate::kernels::gather::{Amplification, Weight};

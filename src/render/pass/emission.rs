@@ -1,0 +1,52 @@
+//! The photons of a pass, class by class.
+
+use super::budget::PhotonBudget;
+use super::content::Content;
+use crate::graph::Graph;
+use crate::kernels::photon::{self, Deposits, Emission};
+use crate::kernels::scene_data::{SceneBuffers, Variant};
+use crate::render::settings::Record;
+
+/// Photons with their footprints, folded at walls where the settings say so; `None` if the budget has none.
+pub fn photons(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Option<Deposits> {
+    if budget.emissions.is_empty() {
+        return None;
+    }
+    let mut store = Deposits::new(g, budget.capacity);
+    trace_classes(g, (buffers, content.device.variant), budget, photon::trace, &mut store);
+    if content.settings.fold && content.settings.record == Record::Full {
+        g.scope("boundaries", |g| photon::fold(g, buffers, &mut store));
+    }
+    Some(store)
+}
+
+/// Light vertices of the same photons; `None` if the budget has none.
+pub fn vertices(
+    g: &mut Graph,
+    content: Content<'_>,
+    buffers: &SceneBuffers,
+    budget: &PhotonBudget,
+) -> Option<Deposits> {
+    if budget.emissions.is_empty() {
+        return None;
+    }
+    let mut store = Deposits::vertices(g, budget.capacity);
+    trace_classes(g, (buffers, content.device.variant), budget, photon::trace_vertices, &mut store);
+    Some(store)
+}
+
+/// [`photon::trace`] or [`photon::trace_vertices`].
+type Trace = fn(&mut Graph, &SceneBuffers, Variant, Emission, &mut Deposits);
+
+fn trace_classes(
+    g: &mut Graph,
+    (buffers, variant): (&SceneBuffers, Variant),
+    budget: &PhotonBudget,
+    trace: Trace,
+    store: &mut Deposits,
+) {
+    for emission in &budget.emissions {
+        let name = if emission.caustic { "caustic photons" } else { "global photons" };
+        g.scope(name, |g| trace(g, buffers, variant, *emission, store));
+    }
+}

@@ -1,0 +1,33 @@
+//! Eye paths to the surfaces that gather light, with the light that reaches these surfaces directly.
+
+use super::transport::{BandLight, BandView};
+use crate::graph::{Buf, Graph};
+use crate::kernels::eye::{self, EyeHits, EyeSettings};
+
+/// Shadow rays per eye hit and pass, where there is more than one direction to choose.
+const SHADOW_RAYS: u32 = 4;
+
+/// What eye paths see in a band: their hits, and room for the light that is gathered there, still dark.
+pub fn look(g: &mut Graph, at: BandView<'_>) -> (EyeHits, Buf<[f32; 4]>) {
+    let (device, settings) = (at.content.device, at.content.settings);
+    let slots = at.content.slots();
+    let eye_settings =
+        EyeSettings { pixels: at.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers, path: false };
+    let mut hits = g.scope("eye paths", |g| eye::trace(g, at.view(), device.variant, eye_settings));
+    if device.light_count > 0 {
+        // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.
+        let samples = if device.light_count == 1 && !device.has_wide_lights { 1 } else { SHADOW_RAYS };
+        g.scope("direct light", |g| eye::direct(g, at.view(), device.variant, samples, &mut hits));
+    }
+    let mut gathered = g.buffer("gathered", 2 * at.pixels * slots);
+    g.fill(&mut gathered, 0);
+    (hits, gathered)
+}
+
+impl BandLight {
+    /// The light at eye hits.
+    pub fn of(hits: EyeHits, gathered: Buf<[f32; 4]>) -> Self {
+        let EyeHits { radiance, aov_first, truncated, .. } = hits;
+        Self { radiance, gathered, aov_first, truncated }
+    }
+}

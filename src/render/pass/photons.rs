@@ -1,0 +1,74 @@
+//! Photon mapping ([`Method::Photons`](crate::render::Method::Photons)): photons are stored where they meet surfaces, and
+//! the eye hits gather them by a density estimate.
+
+use super::budget::PhotonBudget;
+use super::content::Content;
+use super::estimator::{self, Structure};
+use super::transport::{BandLight, BandView, Transport};
+use super::{emission, eye};
+use crate::graph::{Buf, Graph};
+use crate::kernels::eye::EyeHits;
+use crate::kernels::gather::{Band, Points, Program};
+use crate::kernels::photon::{Deposits, PhotonMap};
+use crate::kernels::scene_data::SceneBuffers;
+
+/// The photons of a pass and what the estimator built from them; `None` without photons.
+pub struct Photons(Option<Stored>);
+
+struct Stored {
+    deposits: Deposits,
+    structure: Structure,
+}
+
+impl Photons {
+    /// Traces the photons of a pass and builds what the estimator gathers from.
+    pub fn prepare(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
+        let deposits = emission::photons(g, content, buffers, budget);
+        Self(deposits.map(|mut deposits| {
+            let structure = g.scope("photon map", |g| estimator::build(g, content, &mut deposits));
+            Stored { deposits, structure }
+        }))
+    }
+
+    /// Photons that were traced before, with the map that the host built of them.
+    pub fn mapped((deposits, map): (Deposits, PhotonMap)) -> Self {
+        Self(Some(Stored { deposits, structure: Structure::Bvh(map) }))
+    }
+}
+
+impl Transport for Photons {
+    fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
+        let (hits, mut gathered) = eye::look(g, at);
+        if let Some(stored) = &mut self.0 {
+            gathered = g.scope("gather", |g| stored.gather(g, at, &hits, gathered));
+        }
+        BandLight::of(hits, gathered)
+    }
+
+    fn deposits(&self) -> Option<&Deposits> {
+        self.0.as_ref().map(|stored| &stored.deposits)
+    }
+
+    fn counts(&self, g: &mut Graph) -> Vec<(&'static str, Buf<u32>)> {
+        self.0.as_ref().map_or(vec![], |stored| estimator::counts(g, &stored.structure))
+    }
+}
+
+impl Stored {
+    /// Adds the light at the eye hits of a band to `gathered`, or to as many of them as the settings sample.
+    fn gather(&mut self, g: &mut Graph, at: BandView<'_>, hits: &EyeHits, gathered: Buf<[f32; 4]>) -> Buf<[f32; 4]> {
+        let Content { device, settings, .. } = at.content;
+        let program = Program {
+            count_pairs: settings.count_pairs,
+            loop_limit: device.loop_limit,
+            walk: settings.sampling.walk(),
+            ..Program::of(device.variant, settings.weight)
+        };
+        let size = [settings.width, settings.height];
+        let band = Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels };
+        let points = (Points::new(hits, &at.buffers.pass), band);
+        settings.sampling.apply(g, points, gathered, |g, some, target| {
+            estimator::gather(g, program, (&mut self.structure, &self.deposits), (some, band), target);
+        })
+    }
+}
