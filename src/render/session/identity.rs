@@ -2,9 +2,8 @@
 
 use sha2::{Digest, Sha256};
 
-use super::Statistics;
-use crate::film::film_file::{Identity, Totals, hex};
-use crate::kernels::photon::{COUNTERS, Footprint};
+use crate::film::film_file::{Identity, hex};
+use crate::kernels::photon::Footprint;
 use crate::render::settings::{Lens, Sampling, Settings};
 use crate::scene::{Environment, Geometry, Image, Scene};
 
@@ -125,49 +124,6 @@ fn scene_hash(scene: &Scene) -> String {
     hex(&hash.finalize())
 }
 
-/// What [`crate::render::Estimator::Tiled`] counts.
-const STRUCTURE_COUNTS: [&str; 2] = ["photons_in_tiles", "tile_entries"];
-
-impl Statistics {
-    /// As they are kept with a film.
-    pub fn totals(&self) -> Totals {
-        let map = |counts: &[(&str, u64)]| counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
-        Totals {
-            seconds: self.seconds,
-            repeated: self.repeated,
-            photons: self.photons,
-            deposits: self.deposits,
-            photons_truncated: self.photons_truncated,
-            eye_paths_truncated: self.eye_paths_truncated,
-            pairs: [self.pairs_tested, self.pairs_accepted],
-            counters: map(&self.counters),
-            structure: map(&self.structure_counts),
-        }
-    }
-
-    /// From what was kept with a film of so many passes; names that this program does not count are left out.
-    pub(in crate::render) fn restored(totals: &Totals, passes: u64) -> Self {
-        let known = |names: &[&'static str], counts: &std::collections::BTreeMap<String, u64>| {
-            names.iter().filter_map(|name| Some((*name, *counts.get(*name)?))).collect::<Vec<_>>()
-        };
-        let counter = |name: &&'static str| (*name, totals.counters.get(*name).copied().unwrap_or(0));
-        Self {
-            passes,
-            repeated: totals.repeated,
-            photons: totals.photons,
-            deposits: totals.deposits,
-            counters: COUNTERS.iter().map(counter).collect(),
-            photons_truncated: totals.photons_truncated,
-            eye_paths_truncated: totals.eye_paths_truncated,
-            rejected: 0,
-            pairs_tested: totals.pairs[0],
-            pairs_accepted: totals.pairs[1],
-            structure_counts: known(&STRUCTURE_COUNTS, &totals.structure),
-            seconds: totals.seconds,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -238,24 +194,5 @@ mod tests {
         let mut other = scene();
         other.materials[0].metallic = 0.0;
         assert_eq!(base.difference(&identity(&other, &Settings::default())).expect("another scene").name, "scene");
-    }
-
-    #[test]
-    fn statistics_come_back() {
-        let statistics = Statistics {
-            passes: 3,
-            repeated: 1,
-            photons: 300,
-            deposits: 200,
-            counters: COUNTERS.iter().zip(1..).map(|(name, n)| (*name, n)).collect(),
-            photons_truncated: 4,
-            eye_paths_truncated: 5,
-            rejected: 0,
-            pairs_tested: 6,
-            pairs_accepted: 7,
-            structure_counts: vec![("photons_in_tiles", 8), ("tile_entries", 9)],
-            seconds: 1.5,
-        };
-        assert_eq!(Statistics::restored(&statistics.totals(), 3), statistics);
     }
 }
