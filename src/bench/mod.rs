@@ -160,7 +160,7 @@ fn planned(g: Graph) -> Plan {
 }
 
 fn device_class(runtime: &Runtime) -> DeviceClass {
-    if runtime.device().info().kind == DeviceKind::Software { DeviceClass::Cpu } else { DeviceClass::Gpu }
+    runtime.device().info().kind.into()
 }
 
 #[cfg(test)]

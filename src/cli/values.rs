@@ -5,7 +5,8 @@ use clap::builder::PossibleValue;
 
 use crate::picture::tonemap::Curve;
 pub use crate::render::names::{
-    FootprintRule, Size, choose_camera, footprint, largest_footprint, sampling, size, smoothing,
+    FootprintRule, Size, bound_vertices, choose_camera, footprint, knn_photons, largest_footprint, sampling, size,
+    smoothing,
 };
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Weight};
 

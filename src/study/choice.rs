@@ -168,8 +168,7 @@ pub struct Alpha(pub f64);
 
 impl Spelled for Alpha {
     fn spelled(text: &str) -> Result<Self, String> {
-        let alpha = text.parse().ok().filter(|a| *a > 0.0 && *a <= 1.0);
-        alpha.map(Self).ok_or_else(|| "expected a number greater than 0 and at most 1".into())
+        names::alpha(text).map(Self)
     }
 }
 

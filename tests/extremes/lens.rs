@@ -136,7 +136,7 @@ fn what_cannot_have_a_lens_is_refused() {
     let refused = |scene: &Scene, radius: f32, focus: f32| {
         let settings = with_lens(8, Some(Lens { radius, focus }));
         match Session::new(&runtime(), scene.clone(), settings) {
-            Err(Error::Usage(message)) => message,
+            Err(Error::Setting { cause, .. }) => cause,
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("a lens of radius {radius}, focus {focus} was taken"),
         }

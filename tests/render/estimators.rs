@@ -2,6 +2,8 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
+use nephroid::error::Error;
+use nephroid::graph::DeviceClass;
 use nephroid::render::{Amplification, Estimator, Footprint, Record, Session, Settings, Weight};
 use nephroid::scene::Scene;
 
@@ -168,12 +170,18 @@ fn packing_adds_a_small_error() {
 
 #[test]
 fn records_that_an_estimator_lacks_are_refused() {
+    let scene = asset("cornell-glass");
     for estimator in Estimator::ALL {
         for record in [Record::Full, Record::Packed20, Record::Packed12] {
             let has = record == Record::Full || PACKED.contains(&(estimator, record));
-            let error = estimator.check_record(record).err().map(|error| error.to_string());
-            let names = |text: &str| text.contains("--photon-record") && text.contains("--estimator");
-            assert!(error.as_deref().map_or(has, |text| !has && names(text)), "{estimator:?}, {record:?}: {error:?}");
+            let of = Settings { record, ..settings(estimator, &scene, 0.03) };
+            match of.validate_plan(&scene, DeviceClass::Cpu) {
+                Ok(()) => assert!(has, "{estimator:?}, {record:?}"),
+                Err(Error::Setting { settings, .. }) => {
+                    assert!(!has && settings == ["record", "estimator"], "{estimator:?}, {record:?}: {settings:?}");
+                }
+                Err(other) => panic!("{other}"),
+            }
         }
     }
 }

@@ -158,7 +158,7 @@ const BAD: [(&str, &str, &[&str]); 25] = [
         "estimator = \"hush\"",
         &["`estimator = \"hush\"`: 'hush': expected one of bvh, tiled, hash"],
     ),
-    ("alpha = 0.5", "alpha = 1.5", &["`alpha = 1.5`: '1.5': expected a number greater than 0 and at most 1"]),
+    ("alpha = 0.5", "alpha = 1.5", &["`alpha = 1.5`: '1.5': expected a number between 0.000001 and 1"]),
     ("alpha = 0.5", "footprint = \"fixed:-1\"", &["`footprint = \"fixed:-1\"`: 'fixed:-1': expected differential"]),
     ("name = \"hash, wide\"", "", &["a variant needs a name"]),
     ("name = \"hash, wide\"", "name = \"ppp=2 r=1\"", &["variant 'ppp=2 r=1' is there already"]),

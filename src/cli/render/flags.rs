@@ -157,7 +157,7 @@ pub struct LightArgs {
     pub photon_build: PhotonBuild,
 
     /// Photons of each class (caustic, other) that `--estimator knn` seeks, 1 to 512: more is smoother
-    #[arg(long, value_name = "K", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512), hide_short_help = true)]
+    #[arg(long, value_name = "K", default_value_t = 64, value_parser = values::knn_photons, hide_short_help = true)]
     pub knn_photons: u32,
 
     /// What part of the density estimation a pass does: `full`; `regular:K`, one pixel in each K x K, the others filled from
@@ -175,7 +175,7 @@ pub struct LightArgs {
 
     /// Corners of the polygon that `bounds25d` draws around a photon: more fit tighter and cost more
     #[arg(long, value_name = "N", default_value_t = Settings::default().bound_vertices, hide_short_help = true,
-          value_parser = clap::value_parser!(u32).range(6..=18))]
+          value_parser = values::bound_vertices)]
     pub bounds_vertices: u32,
 
     /// Which kernel draws the bounds of `bounds25d` and `bounds3d`

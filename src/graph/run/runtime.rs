@@ -7,8 +7,17 @@ use std::sync::Arc;
 use bytemuck::Pod;
 
 use crate::error::{Error, MemoryCause, Result};
-use crate::graph::declare::Persistent;
-use crate::vk::{Buffer, Device, Place};
+use crate::graph::declare::{DeviceClass, Persistent};
+use crate::vk::{Buffer, Device, DeviceKind, Place};
+
+impl From<DeviceKind> for DeviceClass {
+    fn from(kind: DeviceKind) -> Self {
+        match kind {
+            DeviceKind::Software => Self::Cpu,
+            DeviceKind::Discrete | DeviceKind::Integrated | DeviceKind::Virtual => Self::Gpu,
+        }
+    }
+}
 
 /// Makes persistent memory and executables on one device.
 #[derive(Clone)]

@@ -1,48 +1,12 @@
 //! The choice of a density estimator: what it builds from the photons of a pass, and how it gathers at the eye hits.
 
 use super::content::Content;
-use crate::error::{Error, Result};
 use crate::graph::{Buf, Graph};
-use crate::kernels::gather::{
-    self, Amplification, Band, Bounds, HashGrid, POLYGON_CORNERS, Points, Program, Shape, hash,
-};
+use crate::kernels::gather::{self, Band, Bounds, HashGrid, Points, Program, Shape, hash};
 use crate::kernels::photon::{self, Deposits, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
-use crate::render::settings::{Estimator, Record, Settings};
-use crate::vk::{Device, Feature};
-
-/// Refuses settings that make no sense, and estimators that the device cannot run.
-///
-/// # Errors
-/// [`Error::Usage`] and [`Error::MissingFeature`].
-pub fn check(device: &Device, settings: &Settings) -> Result<()> {
-    if !matches!(settings.estimator, Some(Estimator::Bounds25d | Estimator::Bounds3d)) {
-        return Ok(());
-    }
-    let corners = settings.bound_vertices;
-    if settings.estimator == Some(Estimator::Bounds25d) && !POLYGON_CORNERS.contains(&corners) {
-        let (least, most) = POLYGON_CORNERS.into_inner();
-        return Err(Error::Usage(format!("bounds of {corners} vertices: from {least} to {most} are possible")));
-    }
-    if settings.lens.is_some() {
-        let text = "--estimator bounds25d and bounds3d draw what a camera without a lens sees: leave --aperture out, or choose another";
-        return Err(Error::Usage(text.into()));
-    }
-    needed_by(&["estimator"], device.require(&[Feature::Raster]))?;
-    match settings.amplification {
-        Amplification::Vertex => Ok(()),
-        Amplification::Geometry => needed_by(&["amplification"], device.require(&[Feature::GeometryShader])),
-    }
-}
-
-/// Adds to the report of a missing feature which settings ask for it.
-fn needed_by(settings: &'static [&'static str], result: Result<()>) -> Result<()> {
-    result.map_err(|error| match error {
-        Error::MissingFeature { device, feature, .. } => Error::MissingFeature { device, feature, settings },
-        other => other,
-    })
-}
+use crate::render::settings::{Estimator, Record};
 
 /// What an estimator keeps of the photons of a pass.
 pub enum Structure {
@@ -78,8 +42,7 @@ pub fn build(g: &mut Graph, content: Content<'_>, deposits: &mut Deposits) -> St
             return Structure::Bvh(photon::map(g, deposits, options, settings.record == Record::Packed20));
         }
         Estimator::Knn => {
-            let k = settings.knn_photons.clamp(1, gather::MAX_NEIGHBOURS);
-            return Structure::Knn(gather::knn_map(g, deposits, device.fences), k);
+            return Structure::Knn(gather::knn_map(g, deposits, device.fences), settings.knn_photons);
         }
         Estimator::Hash => {
             let packed = records::pack(g, deposits, settings.record);
@@ -167,20 +130,5 @@ pub fn counts(g: &mut Graph, structure: &Structure) -> Vec<(&'static str, Buf<u3
             counts
         }
         _ => vec![],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_missing_feature_names_the_setting_that_asks_for_it() {
-        let feature = || "geometry kernels".to_owned();
-        let lacking = Err(Error::MissingFeature { device: "d".into(), feature: feature(), settings: &[] });
-        let named = needed_by(&["amplification"], lacking);
-        assert!(matches!(named, Err(Error::MissingFeature { settings: ["amplification"], .. })));
-        assert!(matches!(needed_by(&["amplification"], Err(Error::Interrupted)), Err(Error::Interrupted)));
-        assert!(needed_by(&["amplification"], Ok(())).is_ok());
     }
 }

@@ -5,7 +5,6 @@ use bytemuck::Pod;
 use crate::error::Result;
 use crate::graph::{DeviceClass, Persistent, Runtime};
 use crate::kernels::generated::Photon;
-use crate::vk::DeviceKind;
 
 /// A device, or nothing at all: plans can be made without one, and looked at.
 #[derive(Clone, Copy)]
@@ -56,11 +55,10 @@ impl Memory<'_> {
         }
     }
 
-    /// What kind of device runs the plans.
+    /// The class of device that runs the plans.
     pub fn device_class(&self) -> DeviceClass {
         match self {
-            Self::Device(runtime) if runtime.device().info().kind == DeviceKind::Software => DeviceClass::Cpu,
-            Self::Device(_) => DeviceClass::Gpu,
+            Self::Device(runtime) => runtime.device().info().kind.into(),
             Self::Nowhere(device_class) => *device_class,
         }
     }

@@ -193,10 +193,10 @@ fn grown(variant: &mut Variant, vectors: u32) -> u32 {
 /// Plans a pass of `scene` with what it needs, with everything, and with each feature that it lacks, for a device of one
 /// kind.
 ///
-/// # Panics
-/// If the settings name a camera that the scene lacks.
+/// # Errors
+/// Those of [`Settings::validate_plan`].
 pub fn savings(scene: &Scene, settings: &Settings, class: DeviceClass) -> Result<Savings> {
-    assert!(settings.camera < scene.cameras.len(), "camera {} of {}", settings.camera, scene.cameras.len());
+    settings.validate_plan(scene, class)?;
     let device = DeviceScene::in_memory(Memory::Nowhere(class), scene, false)?;
     let lean = Outline::of(scene, &device, settings)?;
     let lacking = || FEATURES.iter().filter(|feature| !(feature.has)(&device));

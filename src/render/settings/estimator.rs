@@ -1,8 +1,6 @@
 //! The names of the density estimators, and of who builds the photon map.
 
-use crate::error::{Error, Result};
 use crate::graph::DeviceClass;
-use crate::kernels::records::Record;
 
 /// How the light of the photons is estimated at the eye hits. All but [`Estimator::Knn`] give the same
 /// picture; they differ in time and memory.
@@ -48,9 +46,7 @@ impl Estimator {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
             Self::Hash => "Hash grid, a level of cells for each size of footprint",
-            Self::Knn => {
-                "The --knn-photons nearest photons of each class, radii cut to the farthest: another, smaller blur"
-            }
+            Self::Knn => "The k nearest photons of each class, radii cut to the farthest: another, smaller blur",
             Self::Tiled => "Lists of photons per tile of the image; hits behind mirrors and glass by bvh",
             Self::Bounds25d => {
                 "A polygon drawn around each photon, for a device that rasterises; what mirrors and glass show is \
@@ -61,30 +57,12 @@ impl Estimator {
         }
     }
 
-    /// Whether it goes through lists of photons, of which a part can be skipped (`--sampling stochastic`).
+    /// Whether it goes through lists of photons, of which a part can be skipped ([`Sampling::Stochastic`](super::Sampling)).
     pub fn walks(self) -> bool {
         match self {
             Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
             Self::Knn | Self::Bounds25d | Self::Bounds3d => false,
         }
-    }
-
-    /// Whether it can gather from records of this kind.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if it cannot.
-    pub fn check_record(self, record: Record) -> Result<()> {
-        let advice = match (self, record) {
-            (_, Record::Full) | (Self::Hash | Self::Tiled, _) | (Self::Bvh, Record::Packed20) => return Ok(()),
-            (Self::Bvh, Record::Packed12) => {
-                "it has no cells for positions to be relative to; use --photon-record 20, or hash or tiled"
-            }
-            (Self::Knn | Self::Brute | Self::Bounds25d | Self::Bounds3d, _) => {
-                "it reads photons in full only; use --photon-record full, or bvh, hash or tiled"
-            }
-        };
-        let (name, bytes) = (self.name(), record.code());
-        Err(Error::Usage(format!("--photon-record {bytes} with --estimator {name}: {advice}")))
     }
 
     /// The fastest of them on a device of this class, as measured (ARCHITECTURE.md).

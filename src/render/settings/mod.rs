@@ -5,6 +5,7 @@ mod lens;
 mod method;
 pub mod names;
 mod radius_schedule;
+pub mod ranges;
 mod sampling;
 mod validate;
 
@@ -25,9 +26,9 @@ pub const LEAST_LEAF: u32 = 8;
 /// Settings of a session. The defaults suit every scene: none has to be tuned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Image width in pixels.
+    /// Image width in pixels, 1 to 65536; an image has at most 2^28 pixels.
     pub width: u32,
-    /// Image height in pixels.
+    /// Image height in pixels, 1 to 65536.
     pub height: u32,
     /// Index of the camera.
     pub camera: usize,
@@ -37,11 +38,11 @@ pub struct Settings {
     pub seed: u32,
     /// How light is transported.
     pub method: Method,
-    /// Photons emitted per pass over both classes; `None` chooses by the image size.
+    /// Photons emitted per pass over both classes, at most 2^30; `None` chooses by the image size.
     pub photons: Option<u32>,
     /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
     pub estimator: Option<Estimator>,
-    /// Photons of each class that [`Estimator::Knn`] seeks, 1 to 512; others are taken as the nearest of these.
+    /// Photons of each class that [`Estimator::Knn`] seeks, 1 to 512.
     pub knn_photons: u32,
     /// What part of the work of density estimation a pass does.
     pub sampling: Sampling,
@@ -49,7 +50,7 @@ pub struct Settings {
     pub weight: Weight,
     /// How large footprints are.
     pub footprint: Footprint,
-    /// Largest semiaxis of a footprint by photon differentials, in scene radii at the first pass.
+    /// Largest semiaxis of a footprint by photon differentials, 0.0001 to 1 scene radii at the first pass.
     pub largest_footprint: f32,
     /// Whether footprints end at walls that stand on their surface, their light reflected back; packed records have no room for
     /// it.
@@ -60,16 +61,16 @@ pub struct Settings {
     pub blinn_phong: bool,
     /// Whether layers (albedo, normal, depth, direct, indirect, caustic) are kept.
     pub layers: bool,
-    /// Surfaces that an eye path may meet after its first; [`Method::Path`] takes the larger of this and `photon_bounces`, at
-    /// most 254.
+    /// Surfaces that an eye path may meet after its first, 0 to 254; [`Method::Path`] takes the larger of this and
+    /// `photon_bounces`.
     pub eye_depth: u32,
-    /// Surfaces that a photon may meet.
+    /// Surfaces that a photon may meet, 0 to 254.
     pub photon_bounces: u32,
-    /// Smoothing factor s of caustic photons (Fabianowski and Dingliana 2009, end of section 4).
+    /// Smoothing factor s of caustic photons, 0.1 to 100 (Fabianowski and Dingliana 2009, end of section 4).
     pub caustic_smoothing: f32,
-    /// Smoothing factor of all other photons.
+    /// Smoothing factor of all other photons, 0.1 to 100.
     pub global_smoothing: f32,
-    /// Exponent of the radius schedule (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in pass i.
+    /// Exponent a of the radius schedule, 0.000001 to 1 (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in pass i.
     pub alpha: f64,
     /// Who builds the photon map of [`Estimator::Bvh`].
     pub photon_build: PhotonBuild,
@@ -132,7 +133,7 @@ impl Default for Settings {
 impl Settings {
     /// Pixels of the image.
     pub fn pixels(&self) -> u32 {
-        self.width * self.height
+        self.width.saturating_mul(self.height)
     }
 
     /// The estimator to use on a device of this class.
@@ -147,6 +148,6 @@ impl Settings {
 
     /// Photons emitted per pass over both classes: two per pixel within bounds, if not set.
     pub fn photon_count(&self) -> u32 {
-        self.photons.unwrap_or_else(|| (self.pixels() * 2).clamp(1 << 16, 1 << 19))
+        self.photons.unwrap_or_else(|| self.pixels().saturating_mul(2).clamp(1 << 16, 1 << 19))
     }
 }

@@ -1,5 +1,10 @@
 //! Settings as they are written, on the command line and in the file of a study.
 
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use super::ranges;
 use super::sampling::{Sampling, Scale};
 use crate::error::{Error, Result};
 use crate::kernels::photon::Footprint;
@@ -22,27 +27,43 @@ impl std::fmt::Display for Size {
 
 /// Parses `640x480`.
 pub fn size(text: &str) -> std::result::Result<Size, String> {
-    const GREATEST_SIDE: u32 = 1 << 16;
-    const MOST_PIXELS: u64 = 1 << 28;
-    let side = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=GREATEST_SIDE).contains(side));
+    let side = |side: &str| side.parse::<u32>().ok().filter(|side| ranges::SIDE.contains(side));
     let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
     let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, for example 640x480")?;
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(format!("more than {MOST_PIXELS} pixels"));
+    if u64::from(width) * u64::from(height) > u64::from(ranges::MOST_PIXELS) {
+        return Err(format!("more than {} pixels", ranges::MOST_PIXELS));
     }
     Ok(Size { width, height })
 }
 
-/// A largest semiaxis in scene radii: 0.0001 ... 1.
+/// Parses a number of [`ranges::LARGEST_FOOTPRINT`].
 pub fn largest_footprint(text: &str) -> std::result::Result<f32, String> {
-    let radius = text.parse::<f32>().ok().filter(|radius| (1e-4..=1.0).contains(radius));
-    radius.ok_or_else(|| "expected a number between 0.0001 and 1".into())
+    number(text, &ranges::LARGEST_FOOTPRINT)
 }
 
-/// Parses a smoothing factor: 0.1 ... 100 photon spacings.
+/// Parses a number of [`ranges::SMOOTHING`].
 pub fn smoothing(text: &str) -> std::result::Result<f32, String> {
-    let factor = text.parse::<f32>().ok().filter(|factor| (0.1..=100.0).contains(factor));
-    factor.ok_or_else(|| "expected a number between 0.1 and 100".into())
+    number(text, &ranges::SMOOTHING)
+}
+
+/// Parses a number of [`ranges::ALPHA`].
+pub fn alpha(text: &str) -> std::result::Result<f64, String> {
+    number(text, &ranges::ALPHA)
+}
+
+/// Parses a number of [`ranges::KNN_PHOTONS`].
+pub fn knn_photons(text: &str) -> std::result::Result<u32, String> {
+    number(text, &ranges::KNN_PHOTONS)
+}
+
+/// Parses a number of [`ranges::BOUND_VERTICES`].
+pub fn bound_vertices(text: &str) -> std::result::Result<u32, String> {
+    number(text, &ranges::BOUND_VERTICES)
+}
+
+fn number<T: FromStr + PartialOrd + Display>(text: &str, range: &RangeInclusive<T>) -> std::result::Result<T, String> {
+    let number = text.parse::<T>().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("expected a number between {} and {}", range.start(), range.end()))
 }
 
 /// The camera that `wanted` means: a name, otherwise an index from 0.
@@ -117,8 +138,9 @@ pub fn sampling(text: &str) -> std::result::Result<Sampling, String> {
         (parts.next(), parts.collect::<Vec<_>>())
     });
     let k = || {
-        let k = k.and_then(|k| k.parse().ok()).filter(|k| Sampling::K.contains(k));
-        k.ok_or_else(|| format!("expected a whole number from 2 to 16 after the mode, for example {mode}:4"))
+        let k = k.and_then(|k| k.parse().ok()).filter(|k| ranges::SAMPLING_K.contains(k));
+        let range = ranges::words(&ranges::SAMPLING_K);
+        k.ok_or_else(|| format!("expected a whole number from {range} after the mode, for example {mode}:4"))
     };
     let wrong = |option: &str| format!("'{option}' is not an option of {mode}");
     match (mode, &options[..]) {

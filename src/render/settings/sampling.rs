@@ -1,8 +1,5 @@
 //! What part of the work of density estimation a pass does.
 
-use super::estimator::Estimator;
-use crate::error::{Error, Result};
-
 /// Scale of estimates from a part of the photons.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scale {
@@ -31,27 +28,4 @@ pub enum Sampling {
         /// Whether a bilateral filter follows, with a window that shrinks like the footprints.
         filter: bool,
     },
-}
-
-impl Sampling {
-    /// Values of k: 1 would be full, and beyond 16 next to nothing is left.
-    pub const K: std::ops::RangeInclusive<u32> = 2..=16;
-
-    /// Whether this is possible with an estimator.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if k is out of range, or photons cannot be skipped by the estimator.
-    pub fn check(self, estimator: Estimator) -> Result<()> {
-        let (Self::Regular(k) | Self::Stochastic { k, .. }) = self else { return Ok(()) };
-        if !Self::K.contains(&k) {
-            let (least, most) = (Self::K.start(), Self::K.end());
-            return Err(Error::Usage(format!("sampling with k = {k}: expected {least} to {most}")));
-        }
-        if matches!(self, Self::Stochastic { .. }) && !estimator.walks() {
-            let name = estimator.name();
-            let advice = "it has no lists of photons to walk through; use --sampling regular:K, or another estimator";
-            return Err(Error::Usage(format!("--sampling stochastic with --estimator {name}: {advice}")));
-        }
-        Ok(())
-    }
 }

@@ -1,0 +1,48 @@
+//! The ranges of settings, written once: for [`Settings::validate`](super::Settings::validate) and for whoever reads
+//! settings from text.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use crate::kernels::gather::{MAX_NEIGHBOURS, POLYGON_CORNERS};
+use crate::kernels::lbvh::COUNTED_LEAF;
+use crate::kernels::path::MOST_DEPTH;
+
+/// Width and height of a picture in pixels.
+pub const SIDE: RangeInclusive<u32> = 1..=1 << 16;
+
+/// Pixels of a picture at most: indices and sums of pixels stay within 32 bits.
+pub const MOST_PIXELS: u32 = 1 << 28;
+
+/// Photons emitted per pass: indices of their data stay within 32 bits.
+pub const PHOTONS: RangeInclusive<u32> = 0..=1 << 30;
+
+/// Photons of each class that the estimator `knn` seeks.
+pub const KNN_PHOTONS: RangeInclusive<u32> = 1..=MAX_NEIGHBOURS;
+
+/// Photons in a leaf of the photon map at most.
+pub const LEAF_PHOTONS: RangeInclusive<u32> = 1..=COUNTED_LEAF;
+
+/// Corners of the polygon around a photon.
+pub const BOUND_VERTICES: RangeInclusive<u32> = POLYGON_CORNERS;
+
+/// Side of the block of pixels, or root of the part of the photons, of which a sampled gather takes one: 1 would be all, and
+/// beyond 16 next to nothing is left.
+pub const SAMPLING_K: RangeInclusive<u32> = 2..=16;
+
+/// Surfaces that a photon may meet, and that an eye path may meet after its first: paths keep them in 8 bits.
+pub const DEPTH: RangeInclusive<u32> = 0..=MOST_DEPTH;
+
+/// Smoothing factors, in photon spacings.
+pub const SMOOTHING: RangeInclusive<f32> = 0.1..=100.0;
+
+/// Largest semiaxis of a footprint, in scene radii.
+pub const LARGEST_FOOTPRINT: RangeInclusive<f32> = 1e-4..=1.0;
+
+/// Exponent of the radius schedule: 1 never shrinks.
+pub const ALPHA: RangeInclusive<f64> = 1e-6..=1.0;
+
+/// What a number of a range has to be, in words: `2 to 16`.
+pub fn words<T: Display>(range: &RangeInclusive<T>) -> String {
+    format!("{} to {}", range.start(), range.end())
+}
