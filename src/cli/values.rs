@@ -8,7 +8,7 @@ pub use crate::render::names::{
     FootprintRule, Size, bound_vertices, choose_camera, footprint, knn_photons, largest_footprint, sampling, size,
     smoothing,
 };
-use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Weight};
+use crate::render::{Amplification, Estimator, Method, Named, PhotonBuild, Record, Weight};
 
 /// Parses `30s`, `1h30m`, `250ms` or plain seconds; the result is in seconds and greater than 0.
 pub fn duration(text: &str) -> std::result::Result<f64, String> {
@@ -81,85 +81,22 @@ pub enum Bsdf {
     BlinnPhong,
 }
 
-impl ValueEnum for Weight {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Constant, Self::Cone, Self::Epanechnikov]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::Constant => {
-                PossibleValue::new("constant").help("Equal weight within the footprint: sharper, noisier")
+/// Lets the parser of flags choose among named values.
+macro_rules! choose_by_name {
+    ($($type:ty),*) => {
+        $(impl ValueEnum for $type {
+            fn value_variants<'a>() -> &'a [Self] {
+                <Self as Named>::VALUES
             }
-            Self::Cone => PossibleValue::new("cone").help("Equal weight with a soft rim"),
-            Self::Epanechnikov => PossibleValue::new("epanechnikov").help("Weight falls towards the rim: smoother"),
-        })
-    }
+
+            fn to_possible_value(&self) -> Option<PossibleValue> {
+                Some(PossibleValue::new(Named::name(*self)).help(Named::help(*self)))
+            }
+        })*
+    };
 }
 
-impl ValueEnum for Method {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Photons, Self::Path, Self::Light]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::Photons => PossibleValue::new("photons").help("Photon mapping: sees everything"),
-            Self::Path => PossibleValue::new("path").help("Path tracing: no caustics of lights without extent"),
-            Self::Light => PossibleValue::new("light").help("Light tracing: nothing in mirrors and glass"),
-        })
-    }
-}
-
-impl ValueEnum for PhotonBuild {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Linear, Self::Vvh]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::Linear => PossibleValue::new("linear").help("Morton order, on the device: built quickly"),
-            Self::Vvh => PossibleValue::new("vvh").help("Voxel volume heuristic, on the host: for comparisons"),
-        })
-    }
-}
-
-impl ValueEnum for Record {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Full, Self::Packed20, Self::Packed12]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::Full => PossibleValue::new("full").help("64 bytes: ellipses, in full precision"),
-            Self::Packed20 => PossibleValue::new("20").help("Discs"),
-            Self::Packed12 => PossibleValue::new("12").help("Discs, positions relative to a cell or tile"),
-        })
-    }
-}
-
-impl ValueEnum for Amplification {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Vertex, Self::Geometry]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::Vertex => PossibleValue::new("vertex").help("The vertex kernel: an instance for each photon"),
-            Self::Geometry => PossibleValue::new("geometry").help("The geometry kernel, where the device has one"),
-        })
-    }
-}
-
-impl ValueEnum for Estimator {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(self.help()))
-    }
-}
+choose_by_name!(Amplification, Estimator, Method, PhotonBuild, Record, Weight);
 
 /// Additional layers of the EXR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]

@@ -13,5 +13,5 @@ pub use session::estimator_bytes::EstimatorBytes;
 pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{Session, Statistics};
-pub use settings::{Estimator, Lens, Method, PhotonBuild, Record, Sampling, Scale, Settings};
+pub use settings::{Estimator, Lens, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, by_name};
 pub use settings::{names, ranges};

@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 
-use clap::ValueEnum;
 use serde::de::{Deserialize, Deserializer, Visitor};
 
 use crate::render::names::{self, FootprintRule, Size};
-use crate::render::{Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
+use crate::render::{Estimator, Method, Named, PhotonBuild, Record, Sampling, Settings, Weight, by_name};
 use crate::scene::Scene;
 
 /// What can be read from a word or a number.
@@ -65,40 +64,9 @@ impl<'de, T: Spelled> Deserialize<'de> for Written<T> {
     }
 }
 
-fn named<T: ValueEnum>(text: &str) -> Result<T, String> {
-    T::from_str(text, false).map_err(|_| {
-        let names = T::value_variants().iter().filter_map(T::to_possible_value);
-        format!("expected one of {}", names.map(|name| name.get_name().to_owned()).collect::<Vec<_>>().join(", "))
-    })
-}
-
-impl Spelled for Estimator {
+impl<T: Named> Spelled for T {
     fn spelled(text: &str) -> Result<Self, String> {
-        named(text)
-    }
-}
-
-impl Spelled for Weight {
-    fn spelled(text: &str) -> Result<Self, String> {
-        named(text)
-    }
-}
-
-impl Spelled for PhotonBuild {
-    fn spelled(text: &str) -> Result<Self, String> {
-        named(text)
-    }
-}
-
-impl Spelled for Record {
-    fn spelled(text: &str) -> Result<Self, String> {
-        named(text)
-    }
-}
-
-impl Spelled for Method {
-    fn spelled(text: &str) -> Result<Self, String> {
-        named(text)
+        by_name(text)
     }
 }
 

@@ -4,5 +4,6 @@
 mod support;
 
 mod assets;
+mod features;
 mod layers;
 mod tools;

@@ -3,6 +3,7 @@
 mod estimator;
 mod lens;
 mod method;
+mod named;
 pub mod names;
 mod radius_schedule;
 pub mod ranges;
@@ -17,6 +18,7 @@ pub use crate::kernels::records::Record;
 pub use estimator::{Estimator, PhotonBuild};
 pub use lens::Lens;
 pub use method::Method;
+pub use named::{Named, by_name};
 pub use sampling::{Sampling, Scale};
 
 /// Smaller leaves of the photon map never were faster: neighbouring pixels walk the tree together, and a node costs them
