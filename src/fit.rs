@@ -13,8 +13,8 @@ pub struct Fit {
     pub points: usize,
 }
 
-/// The power law nearest to points (x, y). `None` with fewer than two different x; points that have no logarithm are left
-/// out.
+/// The power law nearest to points (x, y). `None` with fewer than two different x; points that have no logarithm are
+/// left out.
 pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
     let usable = |v: f64| v > 0.0 && v.is_finite();
     let mut logs: Vec<(f64, f64)> =

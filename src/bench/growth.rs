@@ -73,7 +73,8 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// 10^4 to 10^7 photons in half decades; 80 x 45 to 1280 x 720 pixels on software devices, up to 3840 x 2160 on others.
+    /// 10^4 to 10^7 photons in half decades; 80 x 45 to 1280 x 720 pixels on software devices, up to 3840 x 2160 on
+    /// others.
     pub fn full(runtime: &Runtime) -> Self {
         let software = runtime.device().info().kind == DeviceKind::Software;
         let factors: &[u32] = if software { &[1, 2, 4, 8, 16] } else { &[4, 8, 16, 24, 48] };
@@ -174,8 +175,8 @@ impl Growth {
     }
 }
 
-/// Measures `scene` at every size. An estimator that failed or took too long at one size is not tried at the next. `begin`
-/// hears what comes next.
+/// Measures `scene` at every size. An estimator that failed or took too long at one size is not tried at the next.
+/// `begin` hears what comes next.
 pub fn growth(
     runtime: &Runtime,
     scene: &Scene,

@@ -1,7 +1,7 @@
 //! The photon map's tables: speed by builder and leaf size, photons per query, sizes of footprints.
 //!
-//! They repeat tables 1 to 3 of Fabianowski and Dingliana 2009 on any scene, for the first pass, whose footprints are the
-//! largest.
+//! They repeat tables 1 to 3 of Fabianowski and Dingliana 2009 on any scene, for the first pass, whose footprints are
+//! the largest.
 
 use super::median;
 use crate::error::Result;

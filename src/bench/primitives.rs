@@ -17,7 +17,8 @@ const SCAN_BYTES: f64 = 12.0;
 /// Bytes per pair of a sort by 32 bits: four passes, the keys read to be counted, the pairs read and written.
 const SORT_BYTES: f64 = 80.0;
 
-/// Measures a copy, multiplications, scan, sort, the sort of one thread of the CPU, and where the device draws, blending. `begin` hears what comes next.
+/// Measures a copy, multiplications, scan, sort, the sort of one thread of the CPU, and where the device draws,
+/// blending. `begin` hears what comes next.
 ///
 /// # Errors
 /// Those of the device.

@@ -30,8 +30,8 @@ pub struct SceneReport {
     pub peak_bytes: u64,
 }
 
-/// Measures on `scene`, on devices opened by `open`: one for trees and rays, a fresh one for the render, so that its peak of
-/// memory is its own. `begin` hears what comes next.
+/// Measures on `scene`, on devices opened by `open`: one for trees and rays, a fresh one for the render, so that its
+/// peak of memory is its own. `begin` hears what comes next.
 ///
 /// # Errors
 /// Those of the devices.
@@ -107,8 +107,8 @@ pub(super) fn seconds_in(session: &Session, names: &[&str]) -> f64 {
     chosen.map(|t| (t.end_ns - t.start_ns) as f64 * 1e-9).fold(0.0, |sum, seconds| sum + seconds)
 }
 
-/// Photons from emission to deposit, the photon map, and whole passes. None where the scene has no photons or the device
-/// no timestamps.
+/// Photons from emission to deposit, the photon map, and whole passes. None where the scene has no photons or the
+/// device no timestamps.
 fn photons(runtime: &Runtime, scene: &Scene, effort: Effort, begin: &mut dyn FnMut(&str)) -> Result<Vec<Rate>> {
     begin("photons: preparing");
     let mut session = Session::new(runtime, scene.clone(), settings(effort, false))?;

@@ -64,7 +64,8 @@ pub struct MergeArgs {
 /// Reads the parts one after the other and writes their sum.
 ///
 /// # Errors
-/// [`Error::Scene`] for parts that do not belong together or miss passes, those of [`film_file::read`] and of the encoders.
+/// [`Error::Scene`] for parts that do not belong together or miss passes, those of [`film_file::read`] and of the
+/// encoders.
 pub fn run(args: &MergeArgs) -> Result<()> {
     args.parts.iter().try_for_each(|path| check_readable(path))?;
     let outputs = args.output.iter().map(|path| Output::check(path)).collect::<Result<Vec<_>>>()?;

@@ -15,8 +15,8 @@ use super::numbers::clock;
 use crate::error::Result;
 use crate::study::config;
 use crate::study::plan::{Plan, Work};
-use crate::study::runner::{self, Progress, Watch};
-use crate::study::{output, record};
+use crate::study::runner::{self, Observer, Progress};
+use crate::study::{output, results};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -50,8 +50,8 @@ pub struct StudyArgs {
 /// Does what is left of a study and writes its files.
 ///
 /// # Errors
-/// Those of the file, of its scenes and references, and of the device; [`crate::error::Error::Interrupted`] after Ctrl-C, when everything
-/// finished has been written.
+/// Those of the file, of its scenes and references, and of the device; [`crate::error::Error::Interrupted`] after
+/// Ctrl-C, when everything finished has been written.
 pub fn run(args: &StudyArgs) -> Result<()> {
     let study = config::load(&args.study)?;
     let runtime = args.device.open()?;
@@ -59,10 +59,10 @@ pub fn run(args: &StudyArgs) -> Result<()> {
     if args.dry_run {
         return print(&outline(&plan));
     }
-    let mut watch = Show::new(interrupt::install()?, args.quiet);
-    plan.notes.iter().for_each(|note| watch.note(note));
-    let outcome = runner::complete(&mut plan, &mut watch);
-    watch.finish();
+    let mut observer = Show::new(interrupt::install()?, args.quiet);
+    plan.notes.iter().for_each(|note| observer.note(note));
+    let outcome = runner::complete(&mut plan, &mut observer);
+    observer.finish();
     let results = runner::results(&plan);
     if study.output.is_dir() {
         let files = output::write(&results, &study.output)?;
@@ -72,11 +72,11 @@ pub fn run(args: &StudyArgs) -> Result<()> {
     outcome
 }
 
-fn last_line(results: &record::Results, files: &[String]) -> String {
-    let (points, pairs) = (results.records.len(), results.decompositions.len());
+fn last_line(results: &results::Results, files: &[String]) -> String {
+    let (points, pairs) = (results.measurements.len(), results.decompositions.len());
     let seconds: f64 = {
         let mut renders = std::collections::BTreeMap::new();
-        for r in &results.records {
+        for r in &results.measurements {
             let longest: &mut f64 = renders.entry((&r.scene, &r.variant, r.seed)).or_default();
             *longest = longest.max(r.seconds);
         }
@@ -158,7 +158,7 @@ fn message(p: &Progress<'_>) -> String {
     format!("{} of {}, {}: pass {}, {}{left}", p.number, p.total, p.what, p.passes, clock(p.seconds))
 }
 
-impl Watch for Show<'_> {
+impl Observer for Show<'_> {
     fn note(&mut self, sentence: &str) {
         match &self.display {
             Display::Quiet => {}
@@ -223,10 +223,12 @@ mod tests {
 
     #[test]
     fn the_last_line_counts_each_render_once() {
-        let record =
-            |seed: u32, seconds: f64| record::Record { seconds, ..crate::study::measure::blank("ring", "bvh", seed) };
-        let records = vec![record(1, 1.0), record(1, 3.0), record(2, 3.0)];
-        let results = record::Results { records, ..record::Results::default() };
+        let measurement = |seed: u32, seconds: f64| results::Measurement {
+            seconds,
+            ..crate::study::measure::blank("ring", "bvh", seed)
+        };
+        let measurements = vec![measurement(1, 1.0), measurement(1, 3.0), measurement(2, 3.0)];
+        let results = results::Results { measurements, ..results::Results::default() };
         assert_eq!(last_line(&results, &["a".into(), "b".into()]), "3 points of 6 s, 0 of bias and variance: a, b");
     }
 }

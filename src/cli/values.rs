@@ -77,7 +77,8 @@ pub fn relative_error(text: &str) -> std::result::Result<f64, String> {
 pub enum Bsdf {
     /// Microfacets as glTF describes them
     Ggx,
-    /// Normalised Blinn-Phong with a full diffuse lobe (Mara, Luebke and McGuire 2013): for comparisons; can gain energy
+    /// Normalised Blinn-Phong with a full diffuse lobe (Mara, Luebke and McGuire 2013): for comparisons; can gain
+    /// energy
     BlinnPhong,
 }
 
@@ -113,8 +114,8 @@ pub enum Aov {
     Indirect,
     /// Light focused by mirrors and glass
     Caustic,
-    /// What the error of the colour stays below with 90 % confidence, per channel, by the render's own estimate of noise and
-    /// bias, before passes over the finished picture; every EXR has it
+    /// What the error of the colour stays below with 90 % confidence, per channel, by the render's own estimate of
+    /// noise and bias, before passes over the finished picture; every EXR has it
     Error,
     /// All of these
     All,

@@ -1,7 +1,8 @@
-//! Plots as self-contained SVG: lines through points with bands and markers, linear or logarithmic axes, a legend; stacked bars.
+//! Plots as self-contained SVG: lines through points with bands and markers, linear or logarithmic axes, a legend;
+//! stacked bars.
 //!
-//! A picture has its own background, so that it is readable on any page, and darkens it with the text and the colours where
-//! the reader prefers dark pages.
+//! A picture has its own background, so that it is readable on any page, and darkens it with the text and the colours
+//! where the reader prefers dark pages.
 
 mod bars;
 mod marker;
@@ -24,8 +25,8 @@ const AREA: [f64; 2] = [500.0, 340.0];
 const MARGIN: [f64; 3] = [74.0, 44.0, 62.0];
 /// Letters of a name in a legend; the title of its points has all of them.
 const LONGEST_NAME: usize = 38;
-/// Colours for light and for dark pages: by search those with the greatest least distance between any two for normal vision and
-/// without the first or second kind of cones, and enough contrast with the page.
+/// Colours for light and for dark pages: by search those with the greatest least distance between any two for normal
+/// vision and without the first or second kind of cones, and enough contrast with the page.
 const COLOURS: [[&str; 2]; 8] = [
     ["#3461ff", "#4672ff"],
     ["#ef7f00", "#fea905"],
@@ -104,8 +105,8 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// The plot as an SVG document. Each point that its axes can show is one element of the class `point` that carries its
-    /// values; how many could not be shown is said below the plot.
+    /// The plot as an SVG document. Each point that its axes can show is one element of the class `point` that carries
+    /// its values; how many could not be shown is said below the plot.
     pub fn svg(&self) -> String {
         let mut legend = String::new();
         let [left, top, bottom] = MARGIN;
@@ -390,7 +391,8 @@ mod tests {
         check(&svg).expect("an SVG");
     }
 
-    /// Lightness differs or hue does, also without one kind of cones (matrices of Viénot, Brettel and Mollon 1999 in linear RGB).
+    /// Lightness differs or hue does, also without one kind of cones (matrices of Viénot, Brettel and Mollon 1999 in
+    /// linear RGB).
     #[test]
     fn colours_differ_for_every_colour_vision() {
         let kinds = [

@@ -1,7 +1,7 @@
 //! Test help: whether a document is well-formed XML, as far as our writers go (no comments, no CDATA, no namespaces).
 
-/// Checks balance of tags, quoting and uniqueness of attributes, entities, characters, one root. A document type in front is
-/// skipped. The fault is told with what stands there.
+/// Checks balance of tags, quoting and uniqueness of attributes, entities, characters, one root. A document type in
+/// front is skipped. The fault is told with what stands there.
 pub(crate) fn check(document: &str) -> Result<(), String> {
     let mut rest = document.trim_start();
     if rest.to_ascii_lowercase().starts_with("<!doctype") {

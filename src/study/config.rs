@@ -8,8 +8,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
-use super::choice::{Choice, Count, Grid, Positive, Written};
-use super::record::Budget;
+use super::results::Budget;
+use super::variant::{Count, Grid, Positive, VariantSettings, Written};
 use crate::error::{Error, Result};
 use crate::render::names::Size;
 
@@ -25,9 +25,9 @@ pub struct Study {
     /// Scenes; names are unique.
     pub scenes: Vec<SceneEntry>,
     /// Variants; names are unique.
-    pub variants: Vec<Choice>,
-    /// What each render measures on its way: times in ascending order, then passes in ascending order. Empty for a study of
-    /// nothing but bias and variance.
+    pub variants: Vec<VariantSettings>,
+    /// What each render measures on its way: times in ascending order, then passes in ascending order. Empty for a
+    /// study of nothing but bias and variance.
     pub budgets: Vec<Budget>,
     /// Seeds of the renders.
     pub seeds: Vec<u32>,
@@ -82,7 +82,7 @@ pub struct ReferenceRender {
     pub seed: u32,
     /// Settings, as those of a variant.
     #[serde(default)]
-    pub settings: Choice,
+    pub settings: VariantSettings,
 }
 
 /// Passes of `reference = "self"`.
@@ -95,7 +95,7 @@ fn reference_seed() -> u32 {
 
 impl ReferenceRender {
     fn standard() -> Self {
-        Self { passes: None, seconds: None, seed: reference_seed(), settings: Choice::default() }
+        Self { passes: None, seconds: None, seed: reference_seed(), settings: VariantSettings::default() }
     }
 
     /// When it ends: passes and seconds, what comes first; at least one is set.
@@ -153,7 +153,7 @@ struct File {
     output: PathBuf,
     scene: Vec<SceneTable>,
     #[serde(default)]
-    variant: Vec<Spanned<Choice>>,
+    variant: Vec<Spanned<VariantSettings>>,
     #[serde(default)]
     grid: Vec<Grid>,
     #[serde(default)]
@@ -289,8 +289,8 @@ impl Source<'_> {
         })
     }
 
-    fn variants(&self, file: &File) -> Result<Vec<Choice>> {
-        let mut variants: Vec<Choice> = vec![];
+    fn variants(&self, file: &File) -> Result<Vec<VariantSettings>> {
+        let mut variants: Vec<VariantSettings> = vec![];
         let written = file.variant.iter().map(|variant| (variant.get_ref().clone(), Some(variant.span())));
         let product = file.grid.iter().flat_map(Grid::variants).map(|variant| (variant, None));
         for (variant, span) in written.chain(product) {

@@ -1,8 +1,8 @@
-//! Records put in order: scenes, variants, budgets, and the curves of each seed.
+//! Measurements put in order: scenes, variants, budgets, and the curves of each seed.
 
 use std::collections::BTreeMap;
 
-use super::record::{Budget, Peer, Record, Results, TrueError};
+use super::results::{Budget, Measurement, Peer, Results, TrueError};
 use super::statistics::{Spread, read, spread};
 
 /// Which error is plotted and compared.
@@ -81,10 +81,10 @@ impl Cost {
     }
 
     /// The cost of a point.
-    pub fn of(self, record: &Record) -> f64 {
+    pub fn of(self, measurement: &Measurement) -> f64 {
         match self {
-            Self::Seconds => record.seconds,
-            Self::Photons => record.photons as f64,
+            Self::Seconds => measurement.seconds,
+            Self::Photons => measurement.photons as f64,
         }
     }
 }
@@ -107,48 +107,48 @@ pub struct AtTime {
     pub inside: bool,
 }
 
-/// The records of one variant on one scene.
+/// The measurements of one variant on one scene.
 #[derive(Debug, Clone)]
 pub struct Cell<'a> {
     /// By seed.
-    runs: BTreeMap<u64, Vec<&'a Record>>,
+    runs: BTreeMap<u64, Vec<&'a Measurement>>,
 }
 
 impl<'a> Cell<'a> {
     /// Those of `results`.
     pub fn of(results: &'a Results, scene: &str, variant: &str) -> Self {
-        let mut runs: BTreeMap<u64, Vec<&Record>> = BTreeMap::new();
-        for record in results.records.iter().filter(|r| r.scene == scene && r.variant == variant) {
-            runs.entry(record.seed).or_default().push(record);
+        let mut runs: BTreeMap<u64, Vec<&Measurement>> = BTreeMap::new();
+        for measurement in results.measurements.iter().filter(|r| r.scene == scene && r.variant == variant) {
+            runs.entry(measurement.seed).or_default().push(measurement);
         }
         Self { runs }
     }
 
-    /// All records, seed by seed.
-    pub fn records(&self) -> impl Iterator<Item = &'a Record> + '_ {
+    /// All measurements, seed by seed.
+    pub fn measurements(&self) -> impl Iterator<Item = &'a Measurement> + '_ {
         self.runs.values().flatten().copied()
     }
 
-    /// The records at a budget.
-    pub fn at(&self, budget: Budget) -> impl Iterator<Item = &'a Record> + '_ {
-        self.records().filter(move |r| r.budget == budget)
+    /// The measurements at a budget.
+    pub fn at(&self, budget: Budget) -> impl Iterator<Item = &'a Measurement> + '_ {
+        self.measurements().filter(move |r| r.budget == budget)
     }
 
-    /// The last record of each seed that got furthest: those at the greatest number of seconds that any has.
-    pub fn last(&self) -> Vec<&'a Record> {
-        let furthest = self.records().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    /// The last measurement of each seed that got furthest: those at the greatest number of seconds that any has.
+    pub fn last(&self) -> Vec<&'a Measurement> {
+        let furthest = self.measurements().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
         furthest.map(|last| self.at(last.budget).collect()).unwrap_or_default()
     }
 
     /// (cost, error) by seed.
     pub fn runs(&self, cost: Cost, measure: Measure) -> Vec<Vec<(f64, f64)>> {
-        let point = |r: &&Record| (cost.of(r), measure.of(&r.error));
+        let point = |r: &&Measurement| (cost.of(r), measure.of(&r.error));
         self.runs.values().map(|run| run.iter().map(point).collect()).collect()
     }
 
     /// Medians and bands by budget, in the order of the cost.
     pub fn points(&self, cost: Cost, measure: Measure) -> Vec<Point> {
-        let budgets = sorted(self.records().map(|r| r.budget));
+        let budgets = sorted(self.measurements().map(|r| r.budget));
         let mut points: Vec<Point> = budgets
             .into_iter()
             .filter_map(|budget| {
@@ -201,17 +201,17 @@ fn once<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
 
 /// The scenes of a study that have points.
 pub fn measured_scenes(results: &Results) -> Vec<String> {
-    once(results.records.iter().map(|r| &r.scene))
+    once(results.measurements.iter().map(|r| &r.scene))
 }
 
 /// All scenes of a study, also those with decompositions only.
 pub fn scenes(results: &Results) -> Vec<String> {
-    once(results.records.iter().map(|r| &r.scene).chain(results.decompositions.iter().map(|d| &d.scene)))
+    once(results.measurements.iter().map(|r| &r.scene).chain(results.decompositions.iter().map(|d| &d.scene)))
 }
 
 /// All variants of a study.
 pub fn variants(results: &Results) -> Vec<String> {
-    once(results.records.iter().map(|r| &r.variant).chain(results.decompositions.iter().map(|d| &d.variant)))
+    once(results.measurements.iter().map(|r| &r.variant).chain(results.decompositions.iter().map(|d| &d.variant)))
 }
 
 /// Other renderers, by name.
@@ -231,12 +231,12 @@ pub fn peer_curve(results: &Results, scene: &str, name: &str, measure: Measure) 
 
 /// All budgets: seconds before passes, the least first.
 pub fn budgets(results: &Results) -> Vec<Budget> {
-    sorted(results.records.iter().map(|r| r.budget))
+    sorted(results.measurements.iter().map(|r| r.budget))
 }
 
 /// All seeds.
 pub fn seeds(results: &Results) -> Vec<u64> {
-    let mut seeds: Vec<u64> = results.records.iter().map(|r| r.seed).collect();
+    let mut seeds: Vec<u64> = results.measurements.iter().map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
     seeds
@@ -256,10 +256,10 @@ fn sorted(budgets: impl Iterator<Item = Budget>) -> Vec<Budget> {
     budgets
 }
 
-/// The times at which a scene's errors are compared: the budgets in seconds, or without any 1, 3, 10, 30 ... as far as its
-/// records reach.
+/// The times at which a scene's errors are compared: the budgets in seconds, or without any 1, 3, 10, 30 ... as far as
+/// its measurements reach.
 pub fn times(results: &Results, scene: &str) -> Vec<f64> {
-    let mine = || results.records.iter().filter(|r| r.scene == scene);
+    let mine = || results.measurements.iter().filter(|r| r.scene == scene);
     let given = sorted(mine().map(|r| r.budget));
     let given: Vec<f64> = given
         .iter()
@@ -288,8 +288,14 @@ pub(super) mod tests {
     use super::*;
 
     /// A point with a trimmed relMSE, the same at all else that does not matter.
-    pub(in crate::study) fn record(scene: &str, variant: &str, seed: u64, seconds: f64, relmse: f64) -> Record {
-        Record {
+    pub(in crate::study) fn measurement(
+        scene: &str,
+        variant: &str,
+        seed: u64,
+        seconds: f64,
+        relmse: f64,
+    ) -> Measurement {
+        Measurement {
             scene: scene.into(),
             variant: variant.into(),
             settings: [("method".to_owned(), variant.to_owned())].into(),
@@ -315,15 +321,15 @@ pub(super) mod tests {
         }
     }
 
-    fn results(records: Vec<Record>) -> Results {
-        Results { records, ..Default::default() }
+    fn results(measurements: Vec<Measurement>) -> Results {
+        Results { measurements, ..Default::default() }
     }
 
     #[test]
     fn a_time_that_few_seeds_reach_says_nothing() {
-        let mut records = vec![record("s", "v", 0, 100.0, 0.01), record("s", "v", 0, 1.0, 1.0)];
-        records.extend([record("s", "v", 1, 1.0, 3.0), record("s", "other", 1, 10.0, 9.0)]);
-        let results = results(records);
+        let mut measurements = vec![measurement("s", "v", 0, 100.0, 0.01), measurement("s", "v", 0, 1.0, 1.0)];
+        measurements.extend([measurement("s", "v", 1, 1.0, 3.0), measurement("s", "other", 1, 10.0, 9.0)]);
+        let results = results(measurements);
         let cell = Cell::of(&results, "s", "v");
         assert_eq!(cell.at_time(10.0, Measure::Trimmed), None, "one of two seeds");
         let at = cell.at_time(1.0, Measure::Plain).expect("both seeds");
@@ -331,16 +337,18 @@ pub(super) mod tests {
         assert!(!cell.at_time(0.95, Measure::Trimmed).expect("nearly there").inside);
         let alone = cell.seed(0).at_time(10.0, Measure::Trimmed).expect("its own seed").error.median;
         assert!((alone - 0.1).abs() < 1e-12, "{alone}");
-        assert_eq!(cell.seed(7).records().count(), 0);
+        assert_eq!(cell.seed(7).measurements().count(), 0);
     }
 
     #[test]
     fn points_are_medians_of_the_seeds_at_a_budget() {
-        let records: Vec<Record> = [(0, 1.0), (1, 5.0), (2, 2.0)]
+        let measurements: Vec<Measurement> = [(0, 1.0), (1, 5.0), (2, 2.0)]
             .into_iter()
-            .flat_map(|(seed, error)| [record("s", "v", seed, 10.0, 0.1 * error), record("s", "v", seed, 1.0, error)])
+            .flat_map(|(seed, error)| {
+                [measurement("s", "v", seed, 10.0, 0.1 * error), measurement("s", "v", seed, 1.0, error)]
+            })
             .collect();
-        let results = results(records);
+        let results = results(measurements);
         let cell = Cell::of(&results, "s", "v");
         let medians = cell.medians(Cost::Photons, Measure::Trimmed);
         assert_eq!(medians, [(1e5, 2.0), (1e6, 0.2)], "in the order of the cost");
@@ -351,12 +359,12 @@ pub(super) mod tests {
 
     #[test]
     fn budgets_are_in_order_and_times_are_found_without_any() {
-        let mut results = results(vec![record("s", "v", 0, 45.0, 1.0), record("s", "v", 0, 0.9, 1.0)]);
+        let mut results = results(vec![measurement("s", "v", 0, 45.0, 1.0), measurement("s", "v", 0, 0.9, 1.0)]);
         assert_eq!(times(&results, "s"), [0.9, 45.0]);
         assert_eq!(times(&results, "other"), [0.0; 0]);
-        results.records[0].budget = Budget::Passes(64);
+        results.measurements[0].budget = Budget::Passes(64);
         assert_eq!(budgets(&results), [Budget::Seconds(0.9), Budget::Passes(64)]);
-        results.records[1].budget = Budget::Passes(8);
+        results.measurements[1].budget = Budget::Passes(8);
         assert_eq!(budgets(&results), [Budget::Passes(8), Budget::Passes(64)]);
         assert_eq!(times(&results, "s"), [1.0, 3.0, 10.0, 30.0]);
         assert_eq!(Cell::of(&results, "s", "v").at_budget(Budget::Passes(8), Measure::Plain), Some(2.0));

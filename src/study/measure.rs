@@ -1,9 +1,10 @@
-//! One render under measurement: passes are timed, and at each budget the picture is compared with the reference, off the clock.
+//! One render under measurement: passes are timed, and at each budget the picture is compared with the reference, off
+//! the clock.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::record::{Budget, Record, TrueError};
+use super::results::{Budget, Measurement, TrueError};
 use crate::compare::flip::{self, PIXELS_PER_DEGREE};
 use crate::compare::metrics;
 use crate::error::{Error, Result};
@@ -45,8 +46,9 @@ impl Meter {
         })
     }
 
-    /// Renders pass 0 and empties the film again: drivers compile at the first use of a kernel, and the photon map finds its
-    /// size. What it takes beyond a usual pass is the part `compile` of the time split, and no part of the rendering time.
+    /// Renders pass 0 and empties the film again: drivers compile at the first use of a kernel, and the photon map
+    /// finds its size. What it takes beyond a usual pass is the part `compile` of the time split, and no part of the
+    /// rendering time.
     ///
     /// # Errors
     /// Those of the device.
@@ -95,7 +97,7 @@ impl Meter {
     }
 
     /// The picture so far, and the session's own estimate of its error.
-    fn judged(&self) -> Result<(Picture, Option<f64>)> {
+    fn picture_and_error(&self) -> Result<(Picture, Option<f64>)> {
         let film = self.session.film()?;
         Ok((film.picture(), self.session.error_of(&film).relative))
     }
@@ -105,8 +107,9 @@ impl Meter {
         Ok(self.session.statistics()?.photons - self.photons_before)
     }
 
-    /// Where the time went in seconds: the outermost scopes of the device's timeline, `host` for what is left of the rendering time,
-    /// `build` for the session, `compile` for the excess of the first pass over the median of the others.
+    /// Where the time went in seconds: the outermost scopes of the device's timeline, `host` for what is left of the
+    /// rendering time, `build` for the session, `compile` for the excess of the first pass over the median of the
+    /// others.
     fn time_split(&self) -> BTreeMap<String, f64> {
         let mut split = self.scopes.clone();
         let on_device: f64 = split.values().sum();
@@ -118,8 +121,8 @@ impl Meter {
         split
     }
 
-    /// Whether a budget is used up: of the ends of passes, the one nearest to it counts, so that budgets of few passes are
-    /// neither missed nor exceeded on average.
+    /// Whether a budget is used up: of the ends of passes, the one nearest to it counts, so that budgets of few passes
+    /// are neither missed nor exceeded on average.
     fn has_reached(&self, budget: Budget) -> bool {
         match budget {
             Budget::Seconds(seconds) => self.seconds() * (1.0 + 0.5 / self.passes.max(1) as f64) >= seconds,
@@ -146,13 +149,13 @@ pub struct Order<'a> {
     pub reference: &'a Picture,
     /// Whether HDR-FLIP is measured.
     pub flip: bool,
-    /// The record of all that is known before the render: names, settings, time of loading.
-    pub blank: Record,
+    /// The measurement of all that is known before the render: names, settings, time of loading.
+    pub blank: Measurement,
 }
 
-/// A record of a render that has not begun.
-pub fn blank(scene: &str, variant: &str, seed: u32) -> Record {
-    Record {
+/// A measurement of a render that has not begun.
+pub fn blank(scene: &str, variant: &str, seed: u32) -> Measurement {
+    Measurement {
         scene: scene.to_owned(),
         variant: variant.to_owned(),
         settings: BTreeMap::new(),
@@ -169,7 +172,7 @@ pub fn blank(scene: &str, variant: &str, seed: u32) -> Record {
     }
 }
 
-/// Renders until all budgets are used up and returns a record for each, in their order, and the last picture.
+/// Renders until all budgets are used up and returns a measurement for each, in their order, and the last picture.
 /// `proceed` is told passes and seconds after each pass and says whether to go on.
 ///
 /// # Errors
@@ -178,37 +181,40 @@ pub fn render(
     runtime: &Runtime,
     order: &Order<'_>,
     mut proceed: impl FnMut(u64, f64) -> bool,
-) -> Result<(Vec<Record>, Picture)> {
+) -> Result<(Vec<Measurement>, Picture)> {
     let mut meter = Meter::new(runtime, order.scene, order.settings)?;
     meter.warm_up()?;
-    let mut records: Vec<Option<Record>> = vec![None; order.budgets.len()];
+    let mut measurements: Vec<Option<Measurement>> = vec![None; order.budgets.len()];
     let mut last = None;
-    while records.iter().any(Option::is_none) {
+    while measurements.iter().any(Option::is_none) {
         if !proceed(meter.passes(), meter.seconds()) {
             return Err(Error::Interrupted);
         }
         meter.pass()?;
-        let reached =
-            |(budget, record): &(&Budget, &mut Option<Record>)| record.is_none() && meter.has_reached(**budget);
-        let reached: Vec<_> = order.budgets.iter().zip(&mut records).filter(reached).collect();
+        let reached = |(budget, measurement): &(&Budget, &mut Option<Measurement>)| {
+            measurement.is_none() && meter.has_reached(**budget)
+        };
+        let reached: Vec<_> = order.budgets.iter().zip(&mut measurements).filter(reached).collect();
         if reached.is_empty() {
             continue;
         }
-        let (picture, estimated_error) = meter.judged()?;
-        let point = Record { estimated_error, ..point(&meter, order, &picture)? };
-        reached.into_iter().for_each(|(budget, record)| *record = Some(Record { budget: *budget, ..point.clone() }));
+        let (picture, estimated_error) = meter.picture_and_error()?;
+        let point = Measurement { estimated_error, ..point(&meter, order, &picture)? };
+        reached
+            .into_iter()
+            .for_each(|(budget, measurement)| *measurement = Some(Measurement { budget: *budget, ..point.clone() }));
         last = Some(picture);
     }
     runtime.device().check_validation()?;
     let picture = last.ok_or_else(|| Error::Usage("a render without a budget".into()))?;
-    Ok((records.into_iter().flatten().collect(), picture))
+    Ok((measurements.into_iter().flatten().collect(), picture))
 }
 
 /// Everything about a render at this moment, but the budget and its own estimate.
-fn point(meter: &Meter, order: &Order<'_>, picture: &Picture) -> Result<Record> {
+fn point(meter: &Meter, order: &Order<'_>, picture: &Picture) -> Result<Measurement> {
     let mut time_split = meter.time_split();
     time_split.extend(order.blank.time_split.clone());
-    Ok(Record {
+    Ok(Measurement {
         passes: meter.passes(),
         photons: meter.photons()?,
         seconds: meter.seconds(),

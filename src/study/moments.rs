@@ -13,9 +13,9 @@ pub struct Moments {
 /// Relative squared bias and relative variance, means over the numbers of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BiasAndVariance {
-    /// As [`super::record::Decomposition::bias_squared`].
+    /// As [`super::results::Decomposition::bias_squared`].
     pub bias_squared: f64,
-    /// As [`super::record::Decomposition::variance`].
+    /// As [`super::results::Decomposition::variance`].
     pub variance: f64,
 }
 
@@ -37,8 +37,8 @@ impl Moments {
         self.count
     }
 
-    /// Against a reference, each number weighted with 1 / (reference^2 + `floor`), or with 1 where there is no floor; `None`
-    /// with fewer than two pictures.
+    /// Against a reference, each number weighted with 1 / (reference^2 + `floor`), or with 1 where there is no floor;
+    /// `None` with fewer than two pictures.
     fn against(&self, reference: &[f32], floor: Option<f64>) -> Option<BiasAndVariance> {
         if self.count < 2 || reference.is_empty() {
             return None;
@@ -55,7 +55,7 @@ impl Moments {
         Some(BiasAndVariance { bias_squared: bias_squared / numbers, variance: variance / numbers })
     }
 
-    /// As [`super::record::Decomposition`] defines them; `None` with fewer than two pictures.
+    /// As [`super::results::Decomposition`] defines them; `None` with fewer than two pictures.
     pub fn relative(&self, reference: &[f32]) -> Option<BiasAndVariance> {
         self.against(reference, Some(RELMSE_FLOOR))
     }

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::record::{Budget, Decomposition, Peer, Record, Results};
+use super::results::{Budget, Decomposition, Measurement, Peer, Results};
 use crate::error::{Error, Result};
 use crate::picture::output::Destination;
 
 /// Columns of `results.csv` before those of the time split.
-pub const RECORD_COLUMNS: [&str; 17] = [
+pub const MEASUREMENT_COLUMNS: [&str; 17] = [
     "scene",
     "variant",
     "seed",
@@ -33,9 +33,8 @@ pub const RECORD_COLUMNS: [&str; 17] = [
 pub const DECOMPOSITION_COLUMNS: [&str; 7] =
     ["scene", "variant", "passes", "seeds", "bias_squared", "variance", "settings"];
 
-/// Writes `results.json`, `results.csv`, `decomposition.csv`, `report.html`, `summary.md` and the plots as SVG into the folder and
-/// returns the names of all but the plots. Each file appears
-/// whole or not at all.
+/// Writes `results.json`, `results.csv`, `decomposition.csv`, `report.html`, `summary.md` and the plots as SVG into the
+/// folder and returns the names of all but the plots. Each file appears whole or not at all.
 ///
 /// # Errors
 /// [`Error::Io`] if a file cannot be written.
@@ -44,7 +43,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
         .map_err(|cause| Error::io(folder.join("results.json"), "write", std::io::Error::other(cause)))?;
     let files = [
         ("results.json", json + "\n"),
-        ("results.csv", records_csv(&results.records)),
+        ("results.csv", measurements_csv(&results.measurements)),
         ("decomposition.csv", decompositions_csv(&results.decompositions)),
         ("report.html", super::report::html(results)),
         ("summary.md", super::report::markdown_summary(results)),
@@ -63,13 +62,13 @@ fn write_text(path: &Path, text: &str) -> Result<PathBuf> {
     Ok(path.to_owned())
 }
 
-/// One line for each record; the time split has a column `seconds_NAME` for each part that occurs.
-pub fn records_csv(records: &[Record]) -> String {
-    let parts: BTreeSet<&String> = records.iter().flat_map(|record| record.time_split.keys()).collect();
-    let names = RECORD_COLUMNS.iter().map(|name| (*name).to_owned());
+/// One line for each measurement; the time split has a column `seconds_NAME` for each part that occurs.
+pub fn measurements_csv(measurements: &[Measurement]) -> String {
+    let parts: BTreeSet<&String> = measurements.iter().flat_map(|measurement| measurement.time_split.keys()).collect();
+    let names = MEASUREMENT_COLUMNS.iter().map(|name| (*name).to_owned());
     let parts_names = parts.iter().map(|part| format!("seconds_{}", part.replace(' ', "_")));
     let mut text = row(&names.chain(parts_names).collect::<Vec<_>>());
-    for r in records {
+    for r in measurements {
         let (budget, limit) = match r.budget {
             Budget::Seconds(seconds) => ("seconds", seconds.to_string()),
             Budget::Passes(passes) => ("passes", passes.to_string()),
@@ -134,8 +133,8 @@ fn cells(line: &str) -> Vec<String> {
     cells
 }
 
-/// Reads measurements of other renderers: CSV with the columns scene, renderer, method, seconds, relmse, relmse_trimmed, in any
-/// order and among others. Those of scenes that are not in `scenes` are left out.
+/// Reads measurements of other renderers: CSV with the columns scene, renderer, method, seconds, relmse,
+/// relmse_trimmed, in any order and among others. Those of scenes that are not in `scenes` are left out.
 ///
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::Scene`] with the line if a column or a number is missing.
@@ -171,13 +170,13 @@ pub fn read_peers(path: &Path, scenes: &[&str]) -> Result<Vec<Peer>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::record::TrueError;
+    use crate::study::results::TrueError;
     use std::collections::BTreeMap;
 
-    fn record(variant: &str, part: &str) -> Record {
+    fn measurement(variant: &str, part: &str) -> Measurement {
         let error =
             TrueError { mse: 1e-3, relmse: 2e-3, relmse_trimmed: 1.5e-3, smape: 0.1, flip: None, mean_ratio: 1.01 };
-        Record {
+        Measurement {
             scene: "ring".into(),
             variant: variant.into(),
             settings: BTreeMap::from([("alpha".into(), "0.5".into()), ("radius".into(), "2".into())]),
@@ -196,9 +195,9 @@ mod tests {
 
     #[test]
     fn records_have_a_column_for_everything() {
-        let text = records_csv(&[record("a, \"b\"", "eye paths"), record("plain", "gather")]);
+        let text = measurements_csv(&[measurement("a, \"b\"", "eye paths"), measurement("plain", "gather")]);
         let lines: Vec<Vec<String>> = text.lines().map(cells).collect();
-        let mut header: Vec<&str> = RECORD_COLUMNS.to_vec();
+        let mut header: Vec<&str> = MEASUREMENT_COLUMNS.to_vec();
         header.extend(["seconds_eye_paths", "seconds_gather"]);
         assert_eq!(lines[0], header);
         let first =
@@ -209,7 +208,7 @@ mod tests {
             "quoted cells come back, what is not known is empty"
         );
         assert_eq!((lines[2][17].as_str(), lines[2][18].as_str()), ("", "0.5"));
-        assert_eq!(records_csv(&[]).lines().count(), 1);
+        assert_eq!(measurements_csv(&[]).lines().count(), 1);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use super::config::{DecompositionPlan, Reference, SceneEntry, Study};
 use super::output::read_peers;
-use super::record::{Budget, Peer};
 use super::reference::Source;
+use super::results::{Budget, Peer};
 use super::store::{Entry, Fingerprint, Store};
 use crate::error::{Error, Result};
 use crate::graph::Runtime;
@@ -81,8 +81,8 @@ impl<'a> Plan<'a> {
     /// Loads scenes, looks for references and reads what has been measured. Writes nothing.
     ///
     /// # Errors
-    /// [`Error::Scene`] with the name of a scene that is not there or whose reference is not; those of loading scenes and
-    /// references; [`Error::Usage`] for a camera that does not exist.
+    /// [`Error::Scene`] with the name of a scene that is not there or whose reference is not; those of loading scenes
+    /// and references; [`Error::Usage`] for a camera that does not exist.
     pub fn new(study: &'a Study, runtime: &'a Runtime) -> Result<Self> {
         let mut notes = vec![];
         let mut present = vec![];
@@ -120,8 +120,8 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// References first; then renders, variants side by side within a seed, so that what disturbs the machine disturbs all
-    /// variants alike; then bias and variance.
+    /// References first; then renders, variants side by side within a seed, so that what disturbs the machine disturbs
+    /// all variants alike; then bias and variance.
     fn units(&self) -> Vec<Unit> {
         let mut units = vec![];
         for (scene, loaded) in self.scenes.iter().enumerate() {
@@ -158,8 +158,8 @@ impl<'a> Plan<'a> {
     /// The settings of a session.
     pub fn settings(&self, scene: usize, variant: usize, seed: u32) -> Settings {
         let loaded = &self.scenes[scene];
-        let choice = &self.study.variants[variant];
-        Settings { seed, ..choice.resolve(&loaded.scene, loaded.camera, loaded.entry.size) }
+        let variant_settings = &self.study.variants[variant];
+        Settings { seed, ..variant_settings.resolve(&loaded.scene, loaded.camera, loaded.entry.size) }
     }
 
     /// The key of what `content` describes: it changes with scene, reference and device.
@@ -225,8 +225,10 @@ impl<'a> Plan<'a> {
         };
         let mut paces = BTreeMap::new();
         for entry in self.store.entries() {
-            let Entry::Records(records) = entry else { continue };
-            let Some(last) = records.last().filter(|record| record.scene == *scene && record.passes > 0) else {
+            let Entry::Measurements(measurements) = entry else { continue };
+            let Some(last) =
+                measurements.last().filter(|measurement| measurement.scene == *scene && measurement.passes > 0)
+            else {
                 continue;
             };
             paces.insert(&last.variant, last.seconds / last.passes as f64);

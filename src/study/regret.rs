@@ -7,7 +7,8 @@ use super::statistics::ratio;
 pub struct RegretRow {
     /// Name of the variant.
     pub variant: String,
-    /// Its error over the least error of any variant, by scene; `None` where it was not measured, or nothing there was finite.
+    /// Its error over the least error of any variant, by scene; `None` where it was not measured, or nothing there was
+    /// finite.
     pub losses: Vec<Option<f64>>,
     /// Geometric mean of the losses; `None` if one of a scene that counts is missing.
     pub mean: Option<f64>,
@@ -27,8 +28,8 @@ pub struct Regret {
 }
 
 impl Regret {
-    /// Losses from `error(variant, scene)`. A scene counts if one variant has a finite error there; to be chosen a variant must
-    /// have been measured on every scene that counts.
+    /// Losses from `error(variant, scene)`. A scene counts if one variant has a finite error there; to be chosen a
+    /// variant must have been measured on every scene that counts.
     pub fn new(variants: &[String], scenes: &[String], error: impl Fn(&str, &str) -> Option<f64>) -> Self {
         let mut rows: Vec<RegretRow> = variants
             .iter()

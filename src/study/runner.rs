@@ -6,8 +6,8 @@ use super::config::Study;
 use super::measure::{self, Meter, Order};
 use super::moments::Moments;
 use super::plan::{Plan, Unit, Work, references};
-use super::record::{Decomposition, Record, Results};
 use super::reference::file_name;
+use super::results::{Decomposition, Measurement, Results};
 use super::store::Entry;
 use crate::error::{Error, Result};
 use crate::graph::Runtime;
@@ -18,7 +18,7 @@ use crate::picture::tonemap::ToneMap;
 use crate::render::Settings;
 
 /// Whoever looks on.
-pub trait Watch {
+pub trait Observer {
     /// A sentence.
     fn note(&mut self, sentence: &str);
     /// What is going on; called for each pass.
@@ -48,11 +48,11 @@ pub struct Progress<'a> {
 /// `results` of a new plan returns what was measured until then.
 ///
 /// # Errors
-/// Those of the plan, of the device and of writing; [`Error::Interrupted`] if `watch` stopped it.
-pub fn run(study: &Study, runtime: &Runtime, watch: &mut dyn Watch) -> Result<Results> {
+/// Those of the plan, of the device and of writing; [`Error::Interrupted`] if `observer` stopped it.
+pub fn run(study: &Study, runtime: &Runtime, observer: &mut dyn Observer) -> Result<Results> {
     let mut plan = Plan::new(study, runtime)?;
-    plan.notes.iter().for_each(|note| watch.note(note));
-    complete(&mut plan, watch)?;
+    plan.notes.iter().for_each(|note| observer.note(note));
+    complete(&mut plan, observer)?;
     Ok(results(&plan))
 }
 
@@ -60,7 +60,7 @@ pub fn run(study: &Study, runtime: &Runtime, watch: &mut dyn Watch) -> Result<Re
 ///
 /// # Errors
 /// As [`run`].
-pub fn complete(plan: &mut Plan<'_>, watch: &mut dyn Watch) -> Result<()> {
+pub fn complete(plan: &mut Plan<'_>, observer: &mut dyn Observer) -> Result<()> {
     make_folders(plan.study)?;
     let units = plan.units.clone();
     let mut pace = Pace::default();
@@ -71,13 +71,13 @@ pub fn complete(plan: &mut Plan<'_>, watch: &mut dyn Watch) -> Result<()> {
         let reference = units.iter().position(|other| other.scene == unit.scene && other.work == Work::Reference);
         let reference = reference.filter(|index| !plan.is_done(&units[*index]));
         for index in reference.into_iter().chain([index]) {
-            if watch.is_stopped() {
+            if observer.is_stopped() {
                 return Err(Error::Interrupted);
             }
             let begin = Instant::now();
             let estimate = plan.estimate(&units[index]);
             let rest = pace.remaining(plan, &units[index]);
-            one(plan, (&units, index), rest, watch).map_err(|error| named(error, &plan.describe(&units[index])))?;
+            one(plan, (&units, index), rest, observer).map_err(|error| named(error, &plan.describe(&units[index])))?;
             pace.add(begin.elapsed().as_secs_f64(), estimate);
         }
     }
@@ -142,7 +142,7 @@ fn one(
     plan: &mut Plan<'_>,
     (units, index): (&[Unit], usize),
     (own, rest): (Option<f64>, Option<f64>),
-    watch: &mut dyn Watch,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
     let unit = &units[index];
     let what = plan.describe(unit);
@@ -150,8 +150,8 @@ fn one(
     let mut proceed = |passes: u64, seconds: f64| {
         let left = own.map(|own| (own - begin.elapsed().as_secs_f64()).max(0.0));
         let remaining = left.zip(rest).map(|(left, rest)| left + rest);
-        watch.progress(&Progress { what: &what, number: index + 1, total: units.len(), passes, seconds, remaining });
-        !watch.is_stopped()
+        observer.progress(&Progress { what: &what, number: index + 1, total: units.len(), passes, seconds, remaining });
+        !observer.is_stopped()
     };
     let entry = match unit.work {
         Work::Reference => {
@@ -159,7 +159,7 @@ fn one(
             loaded.reference.make(plan.runtime, &loaded.scene, proceed)?;
             return loaded.reference.read(&loaded.entry).map(drop);
         }
-        Work::Render { variant, seed } => Entry::Records(render(plan, unit.scene, (variant, seed), &mut proceed)?),
+        Work::Render { variant, seed } => Entry::Measurements(render(plan, unit.scene, (variant, seed), &mut proceed)?),
         Work::Decomposition { variant } => Entry::Decompositions(decompose(plan, unit.scene, variant, &mut proceed)?),
     };
     plan.store.put(unit.key.clone(), entry)
@@ -170,29 +170,29 @@ fn render(
     scene: usize,
     (variant, seed): (usize, u32),
     proceed: &mut dyn FnMut(u64, f64) -> bool,
-) -> Result<Vec<Record>> {
+) -> Result<Vec<Measurement>> {
     let loaded = &plan.scenes[scene];
-    let choice = &plan.study.variants[variant];
+    let variant_settings = &plan.study.variants[variant];
     let settings = plan.settings(scene, variant, seed);
-    let mut blank = measure::blank(&loaded.entry.name, &choice.name, seed);
-    blank.settings = choice.settings();
+    let mut blank = measure::blank(&loaded.entry.name, &variant_settings.name, seed);
+    blank.settings = variant_settings.settings();
     blank.time_split.insert("load".into(), loaded.seconds);
     let reference = loaded.reference.read(&loaded.entry)?;
     let (budgets, flip) = (&plan.study.budgets, plan.study.flip);
     let order = Order { scene: &loaded.scene, settings: &settings, budgets, reference: &reference, flip, blank };
-    let (mut records, picture) = measure::render(plan.runtime, &order, proceed)?;
+    let (mut measurements, picture) = measure::render(plan.runtime, &order, proceed)?;
     if plan.study.keep_pictures {
-        let seconds = keep(plan, &picture, &settings, &records)?;
-        if let Some(last) = records.iter_mut().max_by_key(|record| record.passes) {
+        let seconds = write_picture(plan, &picture, &settings, &measurements)?;
+        if let Some(last) = measurements.iter_mut().max_by_key(|measurement| measurement.passes) {
             last.time_split.insert("write".into(), seconds);
         }
     }
-    Ok(records)
+    Ok(measurements)
 }
 
 /// Writes the last picture of a render and returns the time that it took in seconds.
-fn keep(plan: &Plan<'_>, picture: &Picture, settings: &Settings, records: &[Record]) -> Result<f64> {
-    let Some(last) = records.iter().max_by_key(|record| record.passes) else { return Ok(0.0) };
+fn write_picture(plan: &Plan<'_>, picture: &Picture, settings: &Settings, measurements: &[Measurement]) -> Result<f64> {
+    let Some(last) = measurements.iter().max_by_key(|measurement| measurement.passes) else { return Ok(0.0) };
     let name = format!("{}-{}-{}.exr", file_name(&last.scene), file_name(&last.variant), settings.seed);
     let output = Output::check(&plan.study.output.join("pictures").join(name))?;
     let info = RenderInfo {
@@ -216,7 +216,7 @@ fn decompose(
 ) -> Result<Vec<Decomposition>> {
     let Some(wanted) = &plan.study.decomposition else { return Ok(vec![]) };
     let loaded = &plan.scenes[scene];
-    let choice = &plan.study.variants[variant];
+    let variant_settings = &plan.study.variants[variant];
     let reference = loaded.reference.read(&loaded.entry)?;
     let reference = reference.beauty().map(|layer| layer.data.as_slice()).unwrap_or_default();
     let mut moments = vec![Moments::default(); wanted.passes.len()];
@@ -239,8 +239,8 @@ fn decompose(
         let found = moments.relative(reference)?;
         Some(Decomposition {
             scene: loaded.entry.name.clone(),
-            variant: choice.name.clone(),
-            settings: choice.settings(),
+            variant: variant_settings.name.clone(),
+            settings: variant_settings.settings(),
             passes,
             seeds: moments.count(),
             bias_squared: found.bias_squared,
@@ -261,15 +261,17 @@ pub fn results(plan: &Plan<'_>) -> Results {
     };
     for unit in &plan.units {
         let (Work::Render { variant, .. } | Work::Decomposition { variant }) = unit.work else { continue };
-        let (scene, choice) = (&plan.scenes[unit.scene].entry.name, &plan.study.variants[variant]);
-        let (variant, settings) = (&choice.name, choice.settings());
+        let (scene, variant_settings) = (&plan.scenes[unit.scene].entry.name, &plan.study.variants[variant]);
+        let (variant, settings) = (&variant_settings.name, variant_settings.settings());
         match plan.store.get(&unit.key) {
-            Some(Entry::Records(records)) => results.records.extend(records.iter().map(|record| Record {
-                scene: scene.clone(),
-                variant: variant.clone(),
-                settings: settings.clone(),
-                ..record.clone()
-            })),
+            Some(Entry::Measurements(measurements)) => {
+                results.measurements.extend(measurements.iter().map(|measurement| Measurement {
+                    scene: scene.clone(),
+                    variant: variant.clone(),
+                    settings: settings.clone(),
+                    ..measurement.clone()
+                }))
+            }
             Some(Entry::Decompositions(found)) => {
                 results.decompositions.extend(found.iter().map(|one| Decomposition {
                     scene: scene.clone(),

@@ -21,8 +21,8 @@ pub struct Spread {
     pub count: usize,
 }
 
-/// Median and band; `None` of nothing. What is not a number counts as infinite: a picture that is not a number is as wrong as
-/// one can be, and must not vanish from the statistics.
+/// Median and band; `None` of nothing. What is not a number counts as infinite: a picture that is not a number is as
+/// wrong as one can be, and must not vanish from the statistics.
 pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
     let mut sorted: Vec<f64> = values.into_iter().map(|v| if v.is_nan() { f64::INFINITY } else { v }).collect();
     sorted.sort_by(f64::total_cmp);
@@ -30,7 +30,8 @@ pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
     Some(Spread { low: at(BAND[0])?, median: at(0.5)?, high: at(BAND[1])?, count: sorted.len() })
 }
 
-/// Quantile of ascending values, linear between neighbours (definition 7 of Hyndman and Fan 1996). `q` is clamped to 0 ... 1.
+/// Quantile of ascending values, linear between neighbours (definition 7 of Hyndman and Fan 1996). `q` is clamped to 0
+/// ... 1.
 pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let position = q.clamp(0.0, 1.0) * last as f64;
@@ -43,9 +44,11 @@ pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
 /// What the interval of a slope rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
-    /// One slope per seed, so that the points of one run, which depend on each other, count once; Student's t over this many.
+    /// One slope per seed, so that the points of one run, which depend on each other, count once; Student's t over this
+    /// many.
     Seeds(usize),
-    /// The residuals of the points of one run with these degrees of freedom: too narrow where its points depend on each other.
+    /// The residuals of the points of one run with these degrees of freedom: too narrow where its points depend on each
+    /// other.
     Residuals(usize),
     /// Nothing: a line through two points.
     None,
@@ -62,8 +65,8 @@ pub struct Slope {
     pub basis: Basis,
 }
 
-/// Slope of log y over log x through the points of each run (one run per seed), by least squares. Points without a logarithm
-/// are left out, and runs of fewer than two different x. `None` if no run is left.
+/// Slope of log y over log x through the points of each run (one run per seed), by least squares. Points without a
+/// logarithm are left out, and runs of fewer than two different x. `None` if no run is left.
 pub fn slope(runs: &[Vec<(f64, f64)>]) -> Option<Slope> {
     let fits: Vec<_> = runs.iter().filter_map(|points| fit(points)).filter(|f| f.exponent.is_finite()).collect();
     let n = fits.len();
@@ -93,8 +96,8 @@ fn student(confidence: f64, degrees: usize) -> f64 {
     quantiles::student(0.5 + 0.5 * confidence, degrees as u64)
 }
 
-/// How far outside of its points a curve still speaks, as a factor on x: a render ends with the first whole pass beyond its
-/// budget, so that a curve begins a little late.
+/// How far outside of its points a curve still speaks, as a factor on x: a render ends with the first whole pass beyond
+/// its budget, so that a curve begins a little late.
 pub const REACH: f64 = 1.1;
 
 /// A value read off a curve.
@@ -106,8 +109,8 @@ pub struct Reading {
     pub inside: bool,
 }
 
-/// The curve through points (x, y) at `x`: straight between neighbours on logarithmic axes. Never extrapolates. Points whose x
-/// has no logarithm are left out; next to a y of 0 or infinity the curve is known at the point only.
+/// The curve through points (x, y) at `x`: straight between neighbours on logarithmic axes. Never extrapolates. Points
+/// whose x has no logarithm are left out; next to a y of 0 or infinity the curve is known at the point only.
 pub fn read(points: &[(f64, f64)], x: f64) -> Option<Reading> {
     let points = ascending(points);
     let (first, last) = (points.first()?, points.last()?);
@@ -138,7 +141,8 @@ pub enum Reached {
     Never,
 }
 
-/// The first x at which the curve through points (x, y) is at most `y`: straight between neighbours on logarithmic axes.
+/// The first x at which the curve through points (x, y) is at most `y`: straight between neighbours on logarithmic
+/// axes.
 pub fn reach(points: &[(f64, f64)], y: f64) -> Reached {
     let points = ascending(points);
     let Some(index) = points.iter().position(|p| p.1 <= y) else { return Reached::Never };

@@ -1,4 +1,5 @@
-//! What has been measured, kept so that a study goes on where it stopped: a file of JSON lines that is only appended to.
+//! What has been measured, kept so that a study goes on where it stopped: a file of JSON lines that is only appended
+//! to.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::record::{Decomposition, Record};
+use super::results::{Decomposition, Measurement};
 use crate::error::{Error, Result};
 
 /// The measurements of one render, or of the renders of many seeds.
@@ -15,7 +16,8 @@ use crate::error::{Error, Result};
 #[serde(rename_all = "snake_case")]
 pub enum Entry {
     /// The points of one render.
-    Records(Vec<Record>),
+    #[serde(rename = "records")]
+    Measurements(Vec<Measurement>),
     /// Bias and variance of one variant in one scene.
     Decompositions(Vec<Decomposition>),
 }
@@ -72,7 +74,8 @@ impl Store {
         self.entries.values()
     }
 
-    /// Appends a line and waits until it is on the disk. Makes the file, in a folder that exists, when it is called first.
+    /// Appends a line and waits until it is on the disk. Makes the file, in a folder that exists, when it is called
+    /// first.
     ///
     /// # Errors
     /// [`Error::Io`] if it cannot be written, [`Error::Usage`] if another process writes to it.

@@ -1,5 +1,5 @@
-//! The scripts of tools/farm do what they say: the Open Job Description template, run by openjd-cli, and the Slurm script, run
-//! with the variables that Slurm sets. Both divide a tiny render and put it together again, bit for bit.
+//! The scripts of tools/farm do what they say: the Open Job Description template, run by openjd-cli, and the Slurm
+//! script, run with the variables that Slurm sets. Both divide a tiny render and put it together again, bit for bit.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -31,7 +31,8 @@ fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-/// openjd-cli in a virtual environment under the folder of builds; `None`, with a sentence, where it cannot be installed.
+/// openjd-cli in a virtual environment under the folder of builds; `None`, with a sentence, where it cannot be
+/// installed.
 fn openjd() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("openjd");
     let tool = folder.join("bin/openjd");

@@ -5,7 +5,7 @@ use std::path::Path;
 use nephroid::render::{Estimator, Settings};
 use nephroid::scene::Scene;
 use nephroid::study::config::{self, Reference, Study};
-use nephroid::study::record::Budget;
+use nephroid::study::results::Budget;
 
 use crate::support::repository;
 

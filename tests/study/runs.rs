@@ -8,8 +8,8 @@ use nephroid::compare::metrics;
 use nephroid::error::Error;
 use nephroid::graph::Runtime;
 use nephroid::study::plan::Plan;
-use nephroid::study::record::{Budget, Results};
-use nephroid::study::runner::{Progress, Watch};
+use nephroid::study::results::{Budget, Results};
+use nephroid::study::runner::{Observer, Progress};
 use nephroid::study::{config, output, runner};
 
 use crate::support::device::runtime;
@@ -30,7 +30,7 @@ impl Counter {
     }
 }
 
-impl Watch for Counter {
+impl Observer for Counter {
     fn note(&mut self, sentence: &str) {
         self.notes.push(sentence.to_owned());
     }
@@ -99,9 +99,9 @@ fn write_study(folder: &Path, alpha: &str) -> std::path::PathBuf {
     path
 }
 
-fn go(path: &Path, runtime: &Runtime, watch: &mut Counter) -> Result<Results, Error> {
+fn go(path: &Path, runtime: &Runtime, observer: &mut Counter) -> Result<Results, Error> {
     let study = config::load(path).expect("a good study");
-    runner::run(&study, runtime, watch)
+    runner::run(&study, runtime, observer)
 }
 
 /// A picture for the box: a reference in a file.
@@ -130,8 +130,8 @@ fn timeless(results: &Results) -> serde_json::Value {
 }
 
 fn check_results(results: &Results, folder: &Path) {
-    assert_eq!(results.records.len(), 2 * 2 * 2 * 3);
-    for r in &results.records {
+    assert_eq!(results.measurements.len(), 2 * 2 * 2 * 3);
+    for r in &results.measurements {
         let Budget::Passes(passes) = r.budget else { panic!("{:?}", r.budget) };
         assert_eq!((r.passes, r.photons), (passes, passes * 2000), "warming up leaves nothing in the picture");
         assert!(r.error.relmse > 0.0 && r.error.relmse_trimmed <= 1.0001 * r.error.relmse, "{:?}", r.error);
@@ -142,9 +142,9 @@ fn check_results(results: &Results, folder: &Path) {
         }
         assert_eq!(r.time_split.contains_key("write"), passes == 4, "the last picture is written");
     }
-    let order: Vec<_> = results.records.iter().step_by(3).map(|r| (r.seed, &*r.scene, &*r.variant)).collect();
+    let order: Vec<_> = results.measurements.iter().step_by(3).map(|r| (r.seed, &*r.scene, &*r.variant)).collect();
     assert_eq!(order[..3], [(1, "ring", "narrow"), (1, "ring", "wide, slow"), (1, "box", "narrow")], "seeds outermost");
-    let one = &results.records[2];
+    let one = &results.measurements[2];
     let picture = nephroid::picture::exr::read(&folder.join("out/pictures/ring-narrow-1.exr")).expect("kept").0;
     let references = std::fs::read_dir(folder.join("out/references")).expect("a folder");
     let reference = references.map(|entry| entry.expect("an entry").path()).next().expect("one reference");
@@ -168,32 +168,32 @@ fn a_study_is_stopped_torn_and_gone_on_with() {
     make_box(folder.path(), &runtime);
 
     // Stopped in the second render: after a reference of 6 passes and a render of 4.
-    let mut watch = Counter::new(12);
-    assert!(matches!(go(&path, &runtime, &mut watch), Err(Error::Interrupted)));
+    let mut observer = Counter::new(12);
+    assert!(matches!(go(&path, &runtime, &mut observer), Err(Error::Interrupted)));
     let store = folder.path().join("out/store.jsonl");
     assert_eq!(std::fs::read_to_string(&store).expect("a store").lines().count(), 1);
-    assert!(watch.notes.iter().any(|note| note.contains("'elsewhere' is left out")), "{:?}", watch.notes);
+    assert!(observer.notes.iter().any(|note| note.contains("'elsewhere' is left out")), "{:?}", observer.notes);
 
-    let mut watch = Counter::new(u64::MAX);
-    let results = go(&path, &runtime, &mut watch).expect("the rest");
+    let mut observer = Counter::new(u64::MAX);
+    let results = go(&path, &runtime, &mut observer).expect("the rest");
     let passes = 7 * 4 + 2 * 3 * 2;
-    assert_eq!(watch.passes, passes, "one render and the reference were there");
-    assert_eq!(watch.last, (11, 11));
+    assert_eq!(observer.passes, passes, "one render and the reference were there");
+    assert_eq!(observer.last, (11, 11));
     check_results(&results, folder.path());
 
     // The last line torn off in the middle: that result is measured again, and nothing else.
     let bytes = std::fs::read(&store).expect("a store");
     std::fs::write(&store, &bytes[..bytes.len() - 40]).expect("torn");
-    let mut watch = Counter::new(u64::MAX);
-    let again = go(&path, &runtime, &mut watch).expect("the rest");
-    assert_eq!(watch.passes, 3 * 2);
+    let mut observer = Counter::new(u64::MAX);
+    let again = go(&path, &runtime, &mut observer).expect("the rest");
+    assert_eq!(observer.passes, 3 * 2);
     assert!(timeless(&again) == timeless(&results));
-    assert!(rounded(&again.records) == rounded(&results.records), "what was kept is the same");
+    assert!(rounded(&again.measurements) == rounded(&results.measurements), "what was kept is the same");
 
     // Nothing left, and one variant changed.
-    let mut watch = Counter::new(u64::MAX);
-    assert!(rounded(&go(&path, &runtime, &mut watch).expect("nothing to do")) == rounded(&again));
-    assert_eq!(watch.passes, 0);
+    let mut observer = Counter::new(u64::MAX);
+    assert!(rounded(&go(&path, &runtime, &mut observer).expect("nothing to do")) == rounded(&again));
+    assert_eq!(observer.passes, 0);
     let path = write_study(folder.path(), "0.9");
     let study = config::load(&path).expect("a good study");
     let plan = Plan::new(&study, &runtime).expect("a plan");

@@ -29,7 +29,8 @@ impl<'a> Checkpoints<'a> {
     /// Takes up the film that the user wants to go on with. The rendering time begins to run.
     ///
     /// # Errors
-    /// Those of [`film_file::read`], and [`Error::Scene`] for a film of another render or of passes beyond `--pass-range`.
+    /// Those of [`film_file::read`], and [`Error::Scene`] for a film of another render or of passes beyond
+    /// `--pass-range`.
     pub fn begin(
         order: &'a FilmOrder,
         identity: Identity,
@@ -81,8 +82,8 @@ impl<'a> Checkpoints<'a> {
         self.seconds_before + self.start.elapsed().as_secs_f64()
     }
 
-    /// Writes a checkpoint if one is due. One that fails (a full disk) is no reason to lose the render: the user is told, and
-    /// the next one is tried.
+    /// Writes a checkpoint if one is due. One that fails (a full disk) is no reason to lose the render: the user is
+    /// told, and the next one is tried.
     ///
     /// # Errors
     /// Those of the device.

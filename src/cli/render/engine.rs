@@ -67,7 +67,7 @@ fn status(session: &Session, checkpoints: &Checkpoints, rule: &mut StopRule, mon
     let mut status = Status { passes, photons, seconds: checkpoints.seconds(), ..Status::default() };
     if rule.is_due(&status) {
         let begin = Instant::now();
-        rule.record(&status, session.error_estimate()?.relative, begin.elapsed());
+        rule.add_estimate(&status, session.error_estimate()?.relative, begin.elapsed());
     }
     rule.complete(&mut status);
     if passes > 0 {
@@ -104,7 +104,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         photon_build: request.light.photon_build,
         knn_photons: request.light.knn_photons,
         sampling: request.light.sampling,
-        weight: request.light.kernel,
+        weight: request.light.weight,
         footprint: request.light.footprint.in_scene(scene),
         bound_vertices: request.light.bounds_vertices,
         amplification: request.light.bounds_stage,

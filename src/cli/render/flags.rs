@@ -109,9 +109,8 @@ pub struct ViewArgs {
 #[command(next_help_heading = "Effort")]
 pub struct EffortArgs {
     /// End when the estimated error of the picture is this: 2% or 0.02, the root of the mean over pixels of the squared
-    /// relative error, noise and bias together. --time and --passes are caps; without them a target alone renders until it is
-    /// reached (Ctrl-C writes what is finished)
-    /// [default: 1% without --passes and --time, otherwise none]
+    /// relative error, noise and bias together. --time and --passes are caps; without them a target alone renders until
+    /// it is reached (Ctrl-C writes what is finished) [default: 1% without --passes and --time, otherwise none]
     #[arg(long, value_name = "ERROR", value_parser = values::relative_error, allow_negative_numbers = true)]
     pub target_error: Option<f64>,
 
@@ -125,8 +124,8 @@ pub struct EffortArgs {
     #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
     pub time: Option<f64>,
 
-    /// Photons emitted per pass, such as 250000, 250k, 1M; where something can focus light, half of them are aimed at it
-    /// [default: two per pixel, at least 65536, at most 524288]
+    /// Photons emitted per pass, such as 250000, 250k, 1M; where something can focus light, half of them are aimed at
+    /// it [default: two per pixel, at least 65536, at most 524288]
     #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
     pub photons: Option<u64>,
 
@@ -148,7 +147,8 @@ pub struct LightArgs {
     #[arg(long, value_name = "METHOD", value_enum, default_value_t)]
     pub method: Method,
 
-    /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on the device]
+    /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on
+    /// the device]
     #[arg(long, value_name = "NAME", value_enum)]
     pub estimator: Option<Estimator>,
 
@@ -160,16 +160,16 @@ pub struct LightArgs {
     #[arg(long, value_name = "K", default_value_t = 64, value_parser = values::knn_photons, hide_short_help = true)]
     pub knn_photons: u32,
 
-    /// What part of the density estimation a pass does: `full`; `regular:K`, one pixel in each K x K, the others filled from
-    /// similar ones around them (edges of light stay blurred over K pixels); `stochastic:K`, one photon in K^2 by chance at
-    /// every pixel (more noise, no blur), with `:ratio` scaled by photons listed over photons visited (less noise, loses
-    /// light), with `:filter` smoothed among similar pixels. K is 2 ... 16
+    /// What part of the density estimation a pass does: `full`; `regular:K`, one pixel in each K x K, the others filled
+    /// from similar ones around them (edges of light stay blurred over K pixels); `stochastic:K`, one photon in K^2 by
+    /// chance at every pixel (more noise, no blur), with `:ratio` scaled by photons listed over photons visited (less
+    /// noise, loses light), with `:filter` smoothed among similar pixels. K is 2 ... 16
     #[arg(long, value_name = "MODE", default_value = "full", value_parser = values::sampling)]
     pub sampling: Sampling,
 
-    /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by the
-    /// density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius in scene
-    /// units that never shrink: blurred for ever)
+    /// Size of footprints: `differential` (ellipses by photon differentials), `density` or `density:MIN:MAX` (discs by
+    /// the density of the photon's path, radii in scene units at the first pass), `fixed:RADIUS` (discs of one radius
+    /// in scene units that never shrink: blurred for ever)
     #[arg(long, value_name = "RULE", default_value = "differential", value_parser = values::footprint)]
     pub footprint: values::FootprintRule,
 
@@ -183,11 +183,11 @@ pub struct LightArgs {
     pub bounds_stage: Amplification,
 
     /// Weight of photons within their footprint
-    #[arg(long, value_name = "KERNEL", value_enum, default_value_t)]
-    pub kernel: Weight,
+    #[arg(long = "kernel", value_name = "KERNEL", value_enum, default_value_t)]
+    pub weight: Weight,
 
-    /// How photons are stored for the gather: in full precision, or packed to 20 or 12 bytes as discs of the same area with
-    /// 8-bit flux; 12 needs the cells of `hash` or the tiles of `tiled`
+    /// How photons are stored for the gather: in full precision, or packed to 20 or 12 bytes as discs of the same area
+    /// with 8-bit flux; 12 needs the cells of `hash` or the tiles of `tiled`
     #[arg(long, value_name = "BYTES", value_enum, default_value_t, hide_short_help = true)]
     pub photon_record: Record,
 

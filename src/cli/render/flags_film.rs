@@ -24,10 +24,10 @@ pub struct FilmArgs {
     #[arg(hide_short_help = true, allow_negative_numbers = true)]
     pub checkpoint_interval: f64,
 
-    /// Go on with the film of a checkpoint, a part or a merged file, bit for bit as if the render had never been stopped:
-    /// --passes and --time count from its beginning, and passes that are missing in between come first. Scene and settings
-    /// must be the same. A file that is also the --checkpoint may be missing: then the render begins, so that one command
-    /// line serves the first attempt and all others
+    /// Go on with the film of a checkpoint, a part or a merged file, bit for bit as if the render had never been
+    /// stopped: --passes and --time count from its beginning, and passes that are missing in between come first. Scene
+    /// and settings must be the same. A file that is also the --checkpoint may be missing: then the render begins, so
+    /// that one command line serves the first attempt and all others
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 

@@ -26,7 +26,7 @@ pub struct Request {
     pub lens: LensArgs,
     /// Passes over the finished picture.
     pub post: PostArgs,
-    /// Environment and kernel; the environment can be opened.
+    /// Environment, method and estimate; the environment can be opened.
     pub light: LightArgs,
     /// Photons per pass, if the user has a wish.
     pub photons: Option<u64>,
@@ -40,7 +40,7 @@ pub struct Request {
     pub film: FilmOrder,
     /// Device and validation.
     pub device: DeviceArgs,
-    /// Whether a trace shall be recorded.
+    /// Whether a trace is wanted.
     pub wants_trace: bool,
 }
 

@@ -67,7 +67,8 @@ impl Outcome {
         format!("{error}, {}", self.stop.sentence())
     }
 
-    /// For an EXR: `estimated_error` (where it is known), `stop_reason`, and `error_confidence`, that of the layer `error`.
+    /// For an EXR: `estimated_error` (where it is known), `stop_reason`, and `error_confidence`, that of the layer
+    /// `error`.
     pub fn metadata(&self) -> Metadata {
         let error = self.error.map(|error| ("estimated_error", Value::Number(error)));
         let reason = ("stop_reason", Value::Text(self.stop.reason().into()));
@@ -103,14 +104,14 @@ impl StopRule {
         Self { limit, target, estimates: shown || target.is_some(), history: vec![], next: (4, 0.0), met: 0 }
     }
 
-    /// Whether it is time for an estimate: after an eighth more passes than for the last, and when those took so long that
-    /// estimates are 2 % of the work.
+    /// Whether it is time for an estimate: after an eighth more passes than for the last, and when those took so long
+    /// that estimates are 2 % of the work.
     pub fn is_due(&self, status: &Status) -> bool {
         self.estimates && status.passes >= self.next.0 && status.seconds >= self.next.1
     }
 
     /// Takes an estimate that took `cost`.
-    pub fn record(&mut self, status: &Status, error: Option<f64>, cost: Duration) {
+    pub fn add_estimate(&mut self, status: &Status, error: Option<f64>, cost: Duration) {
         self.next = (status.passes + (status.passes / 8).max(1), status.seconds + 50.0 * cost.as_secs_f64());
         // A picture that is black so far tells nothing; an exact one has no logarithm.
         self.history.extend(error.filter(|error| *error > 0.0).map(|error| (status.passes as f64, error)));
@@ -148,9 +149,9 @@ impl StopRule {
     }
 }
 
-/// Slope of log error over log passes by least squares over the last estimates: -1/2 for noise alone, -1/3 (photon mapping
-/// at alpha = 2/3; Knaus and Zwicker 2011) while there are fewer than three. Kept between -1 and -1/6, so that a few
-/// estimates by chance alike do not make the end recede to years.
+/// Slope of log error over log passes by least squares over the last estimates: -1/2 for noise alone, -1/3 (photon
+/// mapping at alpha = 2/3; Knaus and Zwicker 2011) while there are fewer than three. Kept between -1 and -1/6, so that
+/// a few estimates by chance alike do not make the end recede to years.
 fn slope(history: &[(f64, f64)]) -> f64 {
     const LAST: usize = 8;
     let last = &history[history.len().saturating_sub(LAST)..];
@@ -180,7 +181,7 @@ mod tests {
         for passes in 1..100_000 {
             let mut status = status(passes);
             if rule.is_due(&status) {
-                rule.record(&status, error(passes), Duration::from_secs_f64(cost));
+                rule.add_estimate(&status, error(passes), Duration::from_secs_f64(cost));
                 estimates += 1;
             }
             rule.complete(&mut status);
@@ -237,7 +238,7 @@ mod tests {
         for exponent in [-0.5, -1.0 / 3.0] {
             let mut rule = StopRule::new(NO_LIMIT, Some(0.01), true);
             for passes in [10, 20, 40] {
-                rule.record(&status(passes), Some((passes as f64).powf(exponent)), Duration::ZERO);
+                rule.add_estimate(&status(passes), Some((passes as f64).powf(exponent)), Duration::ZERO);
             }
             let mut status = status(50);
             rule.complete(&mut status);
@@ -249,12 +250,12 @@ mod tests {
         let mut first = status(4);
         rule.complete(&mut first);
         assert_eq!((first.left, first.error), (None, None));
-        rule.record(&first, Some(0.02), Duration::ZERO);
+        rule.add_estimate(&first, Some(0.02), Duration::ZERO);
         rule.complete(&mut first);
         assert!((first.left.expect("by the usual slope") - (32.0 - 4.0) * 0.5).abs() < 1e-9);
         // An error that grows by chance still has an end.
-        rule.record(&status(5), Some(0.021), Duration::ZERO);
-        rule.record(&status(6), Some(0.022), Duration::ZERO);
+        rule.add_estimate(&status(5), Some(0.021), Duration::ZERO);
+        rule.add_estimate(&status(6), Some(0.022), Duration::ZERO);
         rule.complete(&mut first);
         assert!(first.left.is_some_and(|left| left.is_finite() && left > 0.0));
     }

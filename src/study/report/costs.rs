@@ -6,29 +6,29 @@ use super::errors::budget_text;
 use super::table::{Table, Td, figures, figures_or_dash};
 use crate::plot::{Bar, Bars};
 use crate::study::curves::{Cell, budgets, variants};
-use crate::study::record::{Record, Results};
+use crate::study::results::{Measurement, Results};
 use crate::study::statistics::{ratio, spread};
 
 /// Parts of the time in the order in which they happen; others follow by name.
 const PARTS: [&str; 8] = ["load", "build", "compile", "trace", "gather", "film", "estimate", "write"];
 
-/// The variants with records on a scene, with those at the greatest time.
-fn last<'a>(results: &'a Results, scene: &str) -> Vec<(String, Vec<&'a Record>)> {
+/// The variants with measurements on a scene, with those at the greatest time.
+fn last<'a>(results: &'a Results, scene: &str) -> Vec<(String, Vec<&'a Measurement>)> {
     let all = variants(results).into_iter().map(|v| {
-        let records = Cell::of(results, scene, &v).last();
-        (v, records)
+        let measurements = Cell::of(results, scene, &v).last();
+        (v, measurements)
     });
-    all.filter(|(_, records)| !records.is_empty()).collect()
+    all.filter(|(_, measurements)| !measurements.is_empty()).collect()
 }
 
-fn median<'a>(records: &[&'a Record], of: impl Fn(&'a Record) -> f64) -> Option<f64> {
-    spread(records.iter().map(|r| of(r))).map(|s| s.median)
+fn median<'a>(measurements: &[&'a Measurement], of: impl Fn(&'a Measurement) -> f64) -> Option<f64> {
+    spread(measurements.iter().map(|r| of(r))).map(|s| s.median)
 }
 
 /// Names of the parts of the time on a scene.
-fn parts(rows: &[(String, Vec<&Record>)]) -> Vec<String> {
+fn parts(rows: &[(String, Vec<&Measurement>)]) -> Vec<String> {
     let named: BTreeSet<&String> =
-        rows.iter().flat_map(|(_, records)| records).flat_map(|r| r.time_split.keys()).collect();
+        rows.iter().flat_map(|(_, measurements)| measurements).flat_map(|r| r.time_split.keys()).collect();
     let rank = |name: &str| PARTS.iter().position(|p| *p == name).unwrap_or(PARTS.len());
     let mut parts: Vec<String> = named.into_iter().cloned().collect();
     parts.sort_by_key(|name| rank(name)); // stable: the others stay in the order of their names
@@ -42,17 +42,17 @@ pub(super) fn time_bars(results: &Results, scene: &str) -> Option<Bars> {
     if parts.is_empty() {
         return None;
     }
-    let bars = rows.iter().map(|(name, records)| Bar {
+    let bars = rows.iter().map(|(name, measurements)| Bar {
         name: name.clone(),
-        values: parts.iter().map(|part| part_seconds(records, part)).collect(),
+        values: parts.iter().map(|part| part_seconds(measurements, part)).collect(),
     });
     let title = format!("{scene}: where the time went");
     Some(Bars { title, label: "seconds at the greatest budget, medians".into(), bars: bars.collect(), parts })
 }
 
 /// Median seconds of a part; a render without it spent none.
-fn part_seconds(records: &[&Record], part: &str) -> f64 {
-    median(records, |r| r.time_split.get(part).copied().unwrap_or(0.0)).unwrap_or(0.0)
+fn part_seconds(measurements: &[&Measurement], part: &str) -> f64 {
+    median(measurements, |r| r.time_split.get(part).copied().unwrap_or(0.0)).unwrap_or(0.0)
 }
 
 /// The numbers of [`time_bars`], with the part of their sum.
@@ -65,8 +65,8 @@ pub(super) fn time_split(results: &Results, scene: &str) -> Table {
     if parts.is_empty() {
         return table;
     }
-    for (name, records) in &rows {
-        let seconds: Vec<f64> = parts.iter().map(|part| part_seconds(records, part)).collect();
+    for (name, measurements) in &rows {
+        let seconds: Vec<f64> = parts.iter().map(|part| part_seconds(measurements, part)).collect();
         let sum: f64 = seconds.iter().sum();
         let cells = seconds.iter().map(|s| match 100.0 * s / sum {
             percent if percent.is_finite() => format!("{} ({percent:.0})", figures(*s)),
@@ -96,14 +96,14 @@ pub(super) fn effort(results: &Results, scene: &str) -> Table {
         "mean / reference",
     ];
     let mut table = Table::new("At the greatest budget: medians over the seeds; memory is the greatest of all", head);
-    for (name, records) in last(results, scene) {
-        let of = |f: fn(&Record) -> f64| figures_or_dash(median(&records, f));
-        let bytes = records.iter().map(|r| r.device_bytes).max().unwrap_or(0);
-        let flips: Vec<f64> = records.iter().filter_map(|r| r.error.flip).collect();
+    for (name, measurements) in last(results, scene) {
+        let of = |f: fn(&Measurement) -> f64| figures_or_dash(median(&measurements, f));
+        let bytes = measurements.iter().map(|r| r.device_bytes).max().unwrap_or(0);
+        let flips: Vec<f64> = measurements.iter().filter_map(|r| r.error.flip).collect();
         let cells = [
             name,
-            records.first().map_or_else(String::new, |r| budget_text(r.budget)),
-            records.len().to_string(),
+            measurements.first().map_or_else(String::new, |r| budget_text(r.budget)),
+            measurements.len().to_string(),
             of(|r| r.seconds),
             of(|r| r.passes as f64),
             of(|r| r.photons as f64),
@@ -122,7 +122,7 @@ pub(super) fn effort(results: &Results, scene: &str) -> Table {
 }
 
 /// A true error of a point.
-type Truth = fn(&Record) -> f64;
+type Truth = fn(&Measurement) -> f64;
 
 /// The renderer's own estimate over the true error, where it has one.
 pub(super) fn estimated(results: &Results, scene: &str) -> Table {
@@ -136,8 +136,8 @@ pub(super) fn estimated(results: &Results, scene: &str) -> Table {
     for variant in variants(results) {
         let cell = Cell::of(results, scene, &variant);
         for (name, truth) in truths {
-            let ratios = |records: &mut dyn Iterator<Item = &Record>| {
-                spread(records.filter_map(|r| ratio(r.estimated_error?, truth(r))))
+            let ratios = |measurements: &mut dyn Iterator<Item = &Measurement>| {
+                spread(measurements.filter_map(|r| ratio(r.estimated_error?, truth(r))))
             };
             let found: Vec<_> = budgets.iter().map(|budget| ratios(&mut cell.at(*budget))).collect();
             if found.iter().all(Option::is_none) {
@@ -160,8 +160,8 @@ pub(super) fn omissions(results: &Results, scene: &str) -> Table {
     let mut table = Table::new("Left out, because the scene does not need it", ["", "left out"]);
     for variant in variants(results) {
         let cell = Cell::of(results, scene, &variant);
-        let names: BTreeSet<&str> = cell.records().flat_map(|r| &r.left_out).map(String::as_str).collect();
-        if cell.records().next().is_some() {
+        let names: BTreeSet<&str> = cell.measurements().flat_map(|r| &r.left_out).map(String::as_str).collect();
+        if cell.measurements().next().is_some() {
             let list = names.into_iter().collect::<Vec<_>>().join(", ");
             table.rows.push(vec![variant.into(), if list.is_empty() { "nothing" } else { &list }.into()]);
         }
@@ -173,9 +173,9 @@ pub(super) fn omissions(results: &Results, scene: &str) -> Table {
 pub(super) fn settings(results: &Results) -> Table {
     let mut table = Table::new("Settings of the variants", ["", "settings"]);
     for variant in variants(results) {
-        let of_records = results.records.iter().filter(|r| r.variant == variant).map(|r| &r.settings);
+        let of_measurements = results.measurements.iter().filter(|r| r.variant == variant).map(|r| &r.settings);
         let of_others = results.decompositions.iter().filter(|d| d.variant == variant).map(|d| &d.settings);
-        let settings = of_records.chain(of_others).next();
+        let settings = of_measurements.chain(of_others).next();
         let list: Vec<String> =
             settings.into_iter().flatten().map(|(name, value)| format!("{name} = {value}")).collect();
         table.rows.push(vec![variant.into(), if list.is_empty() { "defaults".into() } else { list.join(", ").into() }]);

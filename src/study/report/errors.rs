@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::table::{Table, Td, figures, figures_or_dash, plain};
 use crate::study::curves::{Cell, Cost, Measure, measured_scenes, peer_curve, peers, seeds, steps, times, variants};
-use crate::study::record::{Budget, Results};
 use crate::study::regret::Regret;
+use crate::study::results::{Budget, Results};
 use crate::study::statistics::{Basis, Reached, Slope, ratio, reach, read, slope};
 
 /// Columns of a table at equal error.
@@ -13,7 +13,7 @@ const MOST_TARGETS: usize = 7;
 
 /// Variants, then others, that have points on a scene, and whether they are ours.
 fn rows_of(results: &Results, scene: &str) -> Vec<(String, bool)> {
-    let ours = variants(results).into_iter().filter(|v| Cell::of(results, scene, v).records().next().is_some());
+    let ours = variants(results).into_iter().filter(|v| Cell::of(results, scene, v).measurements().next().is_some());
     let theirs =
         peers(results).into_iter().filter(|name| results.peers.iter().any(|p| p.scene == scene && p.name == *name));
     ours.map(|v| (v, true)).chain(theirs.map(|p| (p, false))).collect()
@@ -89,7 +89,8 @@ pub(super) fn equal_error(results: &Results, scene: &str) -> Table {
     table
 }
 
-/// One cell of the table at equal error. A curve that starts below the error bounds its time, and so the least, from above only.
+/// One cell of the table at equal error. A curve that starts below the error bounds its time, and so the least, from
+/// above only.
 fn seconds_to(column: &[Reached], row: usize) -> Td {
     let bound = |reached: &Reached| match reached {
         Reached::Before(x) | Reached::At(x) => *x,

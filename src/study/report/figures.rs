@@ -6,7 +6,7 @@ use super::costs::time_bars;
 use super::errors::slope_text;
 use crate::plot::{Axis, Plot, Series};
 use crate::study::curves::{Cell, Cost, Measure, peer_curve, peers, scenes, variants};
-use crate::study::record::{Decomposition, Results};
+use crate::study::results::{Decomposition, Results};
 use crate::study::statistics::slope;
 
 /// A plot and the name of its file.

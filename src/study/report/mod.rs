@@ -8,7 +8,7 @@ mod table;
 use std::fmt::Write;
 
 use super::curves::{budgets, scenes};
-use super::record::Results;
+use super::results::Results;
 use crate::plot::text::escape;
 use figures::{Figure, Kind};
 
@@ -71,8 +71,8 @@ const HOW_TO_READ: [(&str, &str); 7] = [
     ),
 ];
 
-/// The page: settings, regret, and for each scene plots and tables. Valid without any records; all names are escaped; it
-/// holds no script and loads nothing.
+/// The page: settings, regret, and for each scene plots and tables. Valid without any measurements; all names are
+/// escaped; it holds no script and loads nothing.
 pub fn html(results: &Results) -> String {
     let title = if results.title.trim().is_empty() { "Error against run time" } else { results.title.as_str() };
     let title = escape(title);
@@ -87,7 +87,7 @@ pub fn html(results: &Results) -> String {
         "<p>{}; nephroid {}; {} measured points, {} of other renderers, {} decompositions.</p>",
         escape(known(&results.device, "device not recorded")),
         escape(known(&results.version, "of unknown version")),
-        results.records.len(),
+        results.measurements.len(),
         results.peers.len(),
         results.decompositions.len()
     );
@@ -151,8 +151,8 @@ fn scene(page: &mut String, results: &Results, name: &str, figures: &[Figure]) {
     let _ = writeln!(page, "<div class=\"prose\">{}</div>", costs::omissions(results, name).html());
 }
 
-/// Every plot of the page with a name for its file (small letters, digits, dashes, `.svg`): for each scene error against
-/// seconds and photons, time split, bias and variance, as far as there is something to draw.
+/// Every plot of the page with a name for its file (small letters, digits, dashes, `.svg`): for each scene error
+/// against seconds and photons, time split, bias and variance, as far as there is something to draw.
 pub fn plots(results: &Results) -> Vec<(String, String)> {
     figures::figures(results).into_iter().flatten().map(|figure| (figure.file, figure.svg)).collect()
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::*;
 use crate::plot::well_formed::check;
-use crate::study::curves::tests::record;
-use crate::study::record::{Budget, Decomposition, Peer};
+use crate::study::curves::tests::measurement;
+use crate::study::results::{Budget, Decomposition, Peer};
 
 /// Two variants, two scenes, three seeds, three budgets, one other renderer: on the first scene `fast` has the error
 /// 0.04 / t and `slow` 0.1 / t, on the second both swap but are closer.
@@ -17,7 +17,7 @@ fn study() -> Results {
             for seed in 0..3 {
                 for seconds in [1.0f64, 10.0, 100.0] {
                     let error = factor * (1.0 + 0.1 * (seed as f64 - 1.0)) / seconds;
-                    results.records.push(record(scene, variant, seed, seconds, error));
+                    results.measurements.push(measurement(scene, variant, seed, seconds, error));
                 }
             }
             for passes in [1u64, 8, 64] {
@@ -158,12 +158,12 @@ fn hostile_names_stay_text() {
     let hostile = "<script>alert('&\"')</script>]]>|`\u{1}\u{ffff}\n";
     let mut results = study();
     (results.title, results.device, results.version) = (hostile.into(), hostile.into(), hostile.into());
-    for record in &mut results.records {
-        record.scene.push_str(hostile);
-        record.variant.push_str(hostile);
-        record.settings.insert(hostile.into(), hostile.into());
-        record.time_split.insert(hostile.into(), 1.0);
-        record.left_out.push(hostile.into());
+    for measurement in &mut results.measurements {
+        measurement.scene.push_str(hostile);
+        measurement.variant.push_str(hostile);
+        measurement.settings.insert(hostile.into(), hostile.into());
+        measurement.time_split.insert(hostile.into(), 1.0);
+        measurement.left_out.push(hostile.into());
     }
     for part in &mut results.decompositions {
         part.settings.insert(format!("radius{hostile}"), format!("{} {hostile}", part.passes));
@@ -182,16 +182,16 @@ fn hostile_names_stay_text() {
 fn broken_numbers_are_survived() {
     let odd = [0.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, f64::MIN_POSITIVE, 1e-320, 1.0];
     let mut results = study();
-    for (index, record) in results.records.iter_mut().enumerate() {
+    for (index, measurement) in results.measurements.iter_mut().enumerate() {
         let value = odd[index % odd.len()];
-        let error = &mut record.error;
+        let error = &mut measurement.error;
         (error.relmse, error.relmse_trimmed, error.mse, error.flip) =
             (value, odd[index / 3 % odd.len()], value, Some(value));
-        record.seconds = odd[index / 2 % odd.len()];
-        record.estimated_error = Some(odd[index / 5 % odd.len()]);
-        record.budget = Budget::Seconds(odd[index / 4 % odd.len()]);
-        record.time_split.insert("trace".into(), value);
-        record.photons = if index % 2 == 0 { 0 } else { u64::MAX };
+        measurement.seconds = odd[index / 2 % odd.len()];
+        measurement.estimated_error = Some(odd[index / 5 % odd.len()]);
+        measurement.budget = Budget::Seconds(odd[index / 4 % odd.len()]);
+        measurement.time_split.insert("trace".into(), value);
+        measurement.photons = if index % 2 == 0 { 0 } else { u64::MAX };
     }
     for (index, part) in results.decompositions.iter_mut().enumerate() {
         (part.bias_squared, part.variance) = (odd[index % odd.len()], odd[(index + 3) % odd.len()]);
@@ -206,7 +206,7 @@ fn broken_numbers_are_survived() {
 
 #[test]
 fn one_point_is_enough_for_a_page() {
-    let one = Results { records: vec![record("a", "b", 0, 1.0, 0.1)], ..Default::default() };
+    let one = Results { measurements: vec![measurement("a", "b", 0, 1.0, 0.1)], ..Default::default() };
     let page = assert_valid(&one);
     assert!(page.contains("0.100 (1.00)"));
     let part = Decomposition { seeds: 2, ..study().decompositions[0].clone() };

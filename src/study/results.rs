@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// One measured point: a render at the moment when it had used up a budget. The points of one render belong together: same
-/// scene, variant and seed.
+/// One measured point: a render at the moment when it had used up a budget. The points of one render belong together:
+/// same scene, variant and seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct Measurement {
     /// Name of the scene in the study.
     pub scene: String,
     /// Name of the method with its settings in the study, for example `photons`, `path`, `bvh s=1.5`.
@@ -26,10 +26,11 @@ pub struct Record {
     pub seconds: f64,
     /// The difference from the reference.
     pub error: TrueError,
-    /// The renderer's own estimate of the root of the relative squared error (a part of one, not percent); `None` where it
-    /// has none.
+    /// The renderer's own estimate of the root of the relative squared error (a part of one, not percent); `None` where
+    /// it has none.
     pub estimated_error: Option<f64>,
-    /// Where the time went, of the whole render so far, in seconds: `load`, `build`, `compile`, `trace`, `gather`, `write`, ...
+    /// Where the time went, of the whole render so far, in seconds: `load`, `build`, `compile`, `trace`, `gather`,
+    /// `write`, ...
     pub time_split: BTreeMap<String, f64>,
     /// Greatest device memory in use, in bytes.
     pub device_bytes: u64,
@@ -77,8 +78,8 @@ pub struct Decomposition {
     pub passes: u64,
     /// Number of seeds K.
     pub seeds: u64,
-    /// Mean over the pixels of (mean over the seeds - reference)^2 / (reference^2 + 0.01), less the variance / K that the mean over
-    /// K seeds still has: may be a little negative where there is none.
+    /// Mean over the pixels of (mean over the seeds - reference)^2 / (reference^2 + 0.01), less the variance / K that
+    /// the mean over K seeds still has: may be a little negative where there is none.
     pub bias_squared: f64,
     /// Mean over the pixels of the variance over the seeds (divisor K - 1) / (reference^2 + 0.01).
     pub variance: f64,
@@ -94,7 +95,8 @@ pub struct Results {
     /// Version of this crate.
     pub version: String,
     /// Measured points.
-    pub records: Vec<Record>,
+    #[serde(rename = "records")]
+    pub measurements: Vec<Measurement>,
     /// Bias and variance.
     pub decompositions: Vec<Decomposition>,
     /// Curves of other renderers to lay over ours.

@@ -1,4 +1,5 @@
-//! The settings of a variant as they are written in the file of a study, under the names of the flags of `nephroid render`.
+//! The settings of a variant as they are written in the file of a study, under the names of the flags of `nephroid
+//! render`.
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
@@ -143,7 +144,7 @@ impl Spelled for Alpha {
 /// Settings that differ from the defaults.
 #[derive(Debug, Clone, Default, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Choice {
+pub struct VariantSettings {
     /// Name of the variant.
     pub name: String,
     /// `photons`, `path` or `light`.
@@ -159,7 +160,8 @@ pub struct Choice {
     /// As `--footprint`.
     pub footprint: Option<Written<FootprintRule>>,
     /// As `--kernel`.
-    pub kernel: Option<Written<Weight>>,
+    #[serde(rename = "kernel")]
+    pub weight: Option<Written<Weight>>,
     /// As `--photon-record`.
     pub photon_record: Option<Written<Record>>,
     /// Photons per pass, as `--photons`.
@@ -182,7 +184,7 @@ pub struct Choice {
     pub eye_depth: Option<Written<Count>>,
 }
 
-impl Choice {
+impl VariantSettings {
     /// What was set, by name, as it was written.
     pub fn settings(&self) -> BTreeMap<String, String> {
         fn text<T>(written: &Option<Written<T>>) -> Option<&String> {
@@ -195,7 +197,7 @@ impl Choice {
             ("knn_photons", text(&self.knn_photons)),
             ("sampling", text(&self.sampling)),
             ("footprint", text(&self.footprint)),
-            ("kernel", text(&self.kernel)),
+            ("kernel", text(&self.weight)),
             ("photon_record", text(&self.photon_record)),
             ("photons", text(&self.photons)),
             ("photons_per_pixel", text(&self.photons_per_pixel)),
@@ -234,7 +236,7 @@ impl Choice {
             photon_build: or(&self.photon_build, d.photon_build),
             knn_photons: or(&self.knn_photons, Count(d.knn_photons)).0,
             sampling: or(&self.sampling, d.sampling),
-            weight: or(&self.kernel, d.weight),
+            weight: or(&self.weight, d.weight),
             footprint: or(&self.footprint, FootprintRule::Differential).in_scene(scene),
             record: or(&self.photon_record, d.record),
             caustic_smoothing: or(&self.caustic_smoothing, Smoothing(d.caustic_smoothing)).0 * radius,
@@ -260,24 +262,25 @@ pub struct Grid {
     largest_footprint: Vec<Written<LargestFootprint>>,
     /// Exponents of the radius schedule.
     alpha: Vec<Written<Alpha>>,
-    /// Kernels.
-    kernel: Vec<Written<Weight>>,
+    /// Weights of photons within their footprint.
+    #[serde(rename = "kernel")]
+    weight: Vec<Written<Weight>>,
     /// Estimators.
     estimator: Vec<Written<Estimator>>,
 }
 
 impl Grid {
     /// The variants, named by their values.
-    pub fn variants(&self) -> Vec<Choice> {
+    pub fn variants(&self) -> Vec<VariantSettings> {
         fn with<T: Clone>(
-            (variants, key): (Vec<Choice>, &str),
+            (variants, key): (Vec<VariantSettings>, &str),
             values: &[Written<T>],
-            set: impl Fn(&mut Choice, Written<T>),
-        ) -> Vec<Choice> {
+            set: impl Fn(&mut VariantSettings, Written<T>),
+        ) -> Vec<VariantSettings> {
             if values.is_empty() {
                 return variants;
             }
-            let one = |variant: &Choice, value: &Written<T>| {
+            let one = |variant: &VariantSettings, value: &Written<T>| {
                 let mut variant = variant.clone();
                 let gap = if variant.name.is_empty() { "" } else { " " };
                 variant.name += &format!("{gap}{key}={}", value.text);
@@ -286,12 +289,12 @@ impl Grid {
             };
             variants.iter().flat_map(|variant| values.iter().map(move |value| one(variant, value))).collect()
         }
-        let variants = vec![Choice::default()];
+        let variants = vec![VariantSettings::default()];
         let variants = with((variants, "ppp"), &self.photons_per_pixel, |v, x| v.photons_per_pixel = Some(x));
         let variants = with((variants, "r"), &self.radius, |v, x| v.radius = Some(x));
         let variants = with((variants, "largest"), &self.largest_footprint, |v, x| v.largest_footprint = Some(x));
         let variants = with((variants, "a"), &self.alpha, |v, x| v.alpha = Some(x));
-        let variants = with((variants, "k"), &self.kernel, |v, x| v.kernel = Some(x));
+        let variants = with((variants, "k"), &self.weight, |v, x| v.weight = Some(x));
         with((variants, "e"), &self.estimator, |v, x| v.estimator = Some(x))
     }
 }
