@@ -1,5 +1,6 @@
-//! What tools/setup does on a system that lacks packages, played out with a `PATH` of fakes: it installs as root or through sudo
-//! without a password, and otherwise prints the command and stops with code 3.
+//! The scripts in tools/, played out with a `PATH` of fakes. tools/setup on a system that lacks packages installs as root or
+//! through sudo without a password, and otherwise prints the command and stops with code 3. tools/test shows where it
+//! stands, what it skips and how many tests passed.
 #![cfg(unix)]
 
 use std::fs;
@@ -38,8 +39,8 @@ impl Machine {
         machine.command("python3", "exit 0");
         machine.command("c++", "exit 0");
         for tool in [
-            "bash", "sh", "dirname", "mkdir", "sed", "grep", "tr", "sort", "head", "cat", "rm", "mktemp", "env",
-            "chmod",
+            "bash", "sh", "dirname", "mkdir", "sed", "grep", "tr", "sort", "head", "tail", "cut", "cat", "rm",
+            "mktemp", "env", "chmod", "date", "find", "ls", "sleep", "tee", "wc",
         ] {
             let real = ["/usr/bin", "/bin"].iter().map(|at| Path::new(at).join(tool)).find(|path| path.exists());
             symlink(real.expect("a standard tool"), machine.path("bin").join(tool)).expect("a link");
@@ -63,19 +64,33 @@ impl Machine {
     }
 
     fn setup_command(&self, own_shaderc: bool) -> Command {
+        let mut command = self.script("tools/setup", &["test"]);
+        if own_shaderc {
+            command.env("SHADERC_LIB_DIR", self.path("libs"));
+        }
+        command
+    }
+
+    /// A script of the repository on this machine.
+    fn script(&self, name: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new(self.path("bin").join("bash"));
         command
-            .arg(repository("tools/setup"))
-            .arg("test")
+            .arg(repository(name))
+            .args(arguments)
             .env_clear()
             .env("PATH", self.path("bin"))
             .env("HOME", self.folder.path())
             .env("CARGO_TARGET_DIR", self.path("target"))
             .env("NEPHROID_OS_RELEASE", self.path("os-release"));
-        if own_shaderc {
-            command.env("SHADERC_LIB_DIR", self.path("libs"));
-        }
         command
+    }
+
+    /// Runs tools/test where `cargo` is a shell script that sees its own arguments.
+    fn test(&self, arguments: &[&str], cargo: &str) -> (Option<i32>, String) {
+        self.command("cargo", cargo);
+        let mut command = self.script("tools/test", arguments);
+        let output = command.env("SHADERC_LIB_DIR", self.path("libs")).output().expect("bash starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned() + &words(&output))
     }
 
     /// What was asked of apt-get, one line a call.
@@ -160,4 +175,91 @@ fn without_cargo_the_way_to_get_it_is_printed() {
     let output = machine.setup(false);
     assert_eq!(output.status.code(), Some(3));
     assert!(words(&output).contains("install Rust 1.95"), "{}", words(&output));
+}
+
+/// A cargo whose unit tests, and every other program of tests, print what the real one does.
+const CARGO: &str = r#"case "$*" in
+    *--no-run*) echo "   Compiling nephroid v0.1.0" ;;
+    test*--lib*) echo "     Running unittests src/lib.rs (target/debug/deps/nephroid-1)"; echo "running 3 tests"
+        echo "test a ... ok"; echo "test b ... ok"; echo "test c ... ok"; echo
+        echo "test result: ok. 3 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.01s" ;;
+    test*) echo "     Running tests/cli/main.rs (target/debug/deps/cli-1)"; echo "running 2 tests"
+        echo "test d ... skipped: d needs ../shared/scenes/ring"; echo ok; echo "skipped: d needs ../shared/scenes/ring"
+        echo "test e ... LAST"; echo noise
+        echo "test result: ok. 2 passed; 0 failed; 1 ignored; 0 measured; 10 filtered out; finished in 7.50s" ;;
+esac
+exit 0"#;
+
+#[test]
+fn a_run_of_the_tests_shows_results_skips_and_sums() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    let (code, text) = machine.test(&["quick"], CARGO);
+    assert_eq!(code, Some(0), "{text}");
+    for line in [
+        "  unittests src/lib.rs\n    running 3 tests\n    test result: ok. 3 passed; 0 failed; 0 ignored;",
+        "  tests/cli\n    running 2 tests\n",
+        "    test result: ok. 2 passed; 0 failed; 1 ignored;",
+        "passed  one render ",
+        // Twice in each of two steps, said once.
+        " s\nskipped: d needs ../shared/scenes/ring\n7 passed, 0 failed\nall checks passed in ",
+    ] {
+        assert!(text.contains(line), "{line:?} is not in\n{text}");
+    }
+    assert!(!text.contains("noise") && !text.contains("test a ... ok"), "{text}");
+}
+
+#[test]
+fn a_failing_test_ends_the_run_with_its_output() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    let failing = CARGO.replace("echo noise", "echo noise; echo 'test f ... FAILED'").replace("ok. 2", "FAILED. 2");
+    let failing = failing.replace("2 passed; 0 failed", "2 passed; 1 failed").replace("exit 0", "exit 0 # end");
+    let failing = failing.replace("finished in 7.50s\"", "finished in 7.50s\"; exit 101");
+    let (code, text) = machine.test(&["quick"], &failing);
+    assert_eq!(code, Some(1), "{text}");
+    for part in ["    test f ... FAILED\n", "\nnoise\n", "5 passed, 1 failed\nFAILED: layers and plans (exit code 101)"]
+    {
+        assert!(text.contains(part), "{part:?} is not in\n{text}");
+    }
+    assert!(!text.contains("one render"), "a failing step is the last: {text}");
+    let log = text.lines().last().and_then(|line| line.rsplit(' ').next()).expect("a last line");
+    assert!(fs::read_to_string(log).expect("a log").contains("noise"), "the log is kept: {log}");
+}
+
+#[test]
+fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    machine.command("spirv-val", "exit 0");
+    let (code, text) = machine.test(&[], CARGO);
+    assert_eq!(code, Some(1), "{text}");
+    let steps: Vec<&str> = text.lines().filter(|line| line.starts_with("passed  ")).collect();
+    let names: Vec<_> = steps.iter().map(|line| line[8..48].trim_end()).collect();
+    assert_eq!(
+        names,
+        [
+            "format",
+            "clippy",
+            "the library alone",
+            "build",
+            "tests",
+            "kernels, subgroups of 4",
+            "kernels, subgroups of 16"
+        ],
+        "{text}"
+    );
+    // No module was built here.
+    assert!(text.contains("FAILED: spirv-val"), "{text}");
+}
+
+#[test]
+fn the_tests_explain_their_arguments() {
+    let machine = Machine::debian(1000, &[]);
+    for help in ["--help", "-h", "help"] {
+        let (code, text) = machine.test(&[help], "exit 1");
+        assert!(code == Some(0) && text.starts_with("usage: tools/test [quick]\n"), "{text}");
+    }
+    for wrong in [&["fast"][..], &["quick", "all"], &[""]] {
+        let (code, text) = machine.test(wrong, "exit 1");
+        assert!(code == Some(2) && text.starts_with("tools/test: cannot understand: "), "{text}");
+        assert!(text.contains("usage: tools/test [quick]\n"), "{text}");
+    }
 }

@@ -6,6 +6,7 @@ use nephroid::kernels::differentials::{Boundary, SmoothNormal, reflect, refract,
 use nephroid::kernels::generated::DifferentialStep;
 
 use crate::support::device::runtime;
+use crate::support::proof;
 
 /// A triangle with normals of its own, and what happens there: reflection (`eta` 0) or refraction.
 struct Facet {
@@ -191,8 +192,10 @@ fn case_14_kernels_agree_with_the_host() {
     let mut results = g.buffer("results", 2 * expected.len() as u32);
     run(&mut g, &steps, &mut results);
     let readback = g.readback(&results);
-    let mut executable = runtime.prepare(&g.plan().expect("a plan")).expect("memory");
+    let plan = g.plan().expect("a plan");
+    let mut executable = runtime.prepare(&plan).expect("memory");
     executable.run().expect("no validation message");
+    proof::ran(&plan.dump());
     let found = executable.read(&readback);
     let off = |found: [f32; 4], exact: DVec3, scale: f64| {
         (DVec3::new(found[0].into(), found[1].into(), found[2].into()) - exact).length() / scale
@@ -203,4 +206,5 @@ fn case_14_kernels_agree_with_the_host() {
     }
     let swapped = off(found[1], expected[0].dp, expected[0].dp.length());
     assert!(swapped > 1e-4, "a wrong vector must be noticed");
+    proof::by(reflect, &["photon_differential"]);
 }

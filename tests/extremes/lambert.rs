@@ -6,6 +6,7 @@ use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, close, from_above, settings};
+use crate::support::proof;
 
 /// Means over `n` x `n` blocks of a square image.
 fn blocks(pixels: &[f64], n: usize) -> Vec<f64> {
@@ -34,6 +35,7 @@ fn case_01_furnace() {
     }
     let dark = Shot::take(&scene, &settings(32, 32, 0), 0..4);
     assert!(close(dark.mean(""), 1.0, 0.005).is_err(), "without photons the comparison must fail");
+    proof::by_answer(&["list_select", "photon_advance", "photon_append", "trace_list"]);
 }
 
 /// Case 4: the light of an isotropic source after its first reflection in a sphere is uniform wherever the source is:
@@ -57,6 +59,7 @@ fn case_04_integrating_sphere() {
         direct.iter().any(|b| close(*b, direct[0], 0.1).is_err()),
         "direct light is not uniform: the check can fail"
     );
+    proof::by_answer(&["photon_sort"]);
 }
 
 /// Case 5, first half: irradiance I h / (h^2 + x^2)^1.5 of a plane by shadow rays, at points: each image is one pixel of 1e-6 units.
@@ -74,6 +77,7 @@ fn case_05_point_light_by_shadow_rays() {
         let d2 = h * h + f64::from(x * x) + 0.0625;
         assert_close(shot.mean("direct"), intensity * h / d2.powf(1.5) / PI, 1e-5, "direct light");
     }
+    proof::by_answer(&["direct_light", "eye_generate"]);
 }
 
 /// Case 5, second half: the renderer leaves direct light to shadow rays, so photons show the light's image in a plane mirror
@@ -101,6 +105,7 @@ fn case_05_point_light_by_photons() {
     for (found, expected) in blocks(&shot.red("caustic"), 4).iter().zip(blocks(&grid, 4)) {
         assert_close(*found, expected, 0.005, "a sixteenth of the floor");
     }
+    proof::by_answer(&["photon_emit"]);
 }
 
 /// Share of the light that leaves a point of the floor and meets the unit square that stands at distance `c`, from its side `z`:

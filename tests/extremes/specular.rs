@@ -6,6 +6,7 @@ use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, close, from_above, parallel, settings};
+use crate::support::proof;
 
 /// Case 8: a slab of glass between the sun at the zenith and a floor. With R = ((n - 1) / (n + 1))^2 and all reflections inside,
 /// T = (1 - R) / (1 + R) = 0.923077. The image holds the whole slab with a margin for footprints, so it counts all flux.
@@ -22,6 +23,7 @@ fn case_08_slab_transmits() {
     assert_close(flux / (f64::from(irradiance) * 4.0), 0.923077, 0.002, "transmittance");
     let one_boundary = close(flux / (f64::from(irradiance) * 4.0), 0.96, 0.002);
     assert!(one_boundary.is_err(), "a slab with a single boundary must be noticed");
+    proof::by_answer(&["eye_shade", "photon_bounce"]);
 }
 
 /// Unpolarised reflectance of one boundary from vacuum, by the sines and tangents of Fresnel's own formulas.

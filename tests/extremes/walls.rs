@@ -5,6 +5,7 @@ use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, settings};
+use crate::support::proof;
 
 /// Wide footprints, so that a boundary matters.
 fn wide(fold: bool) -> Settings {
@@ -68,4 +69,5 @@ fn a_wall_keeps_the_light_on_its_side() {
     println!("light behind the wall: {folded:.6} with folds, {open:.6} without");
     assert!(open > 1e-4, "footprints reach through the wall without folds: {open}");
     assert!(folded < 0.02 * open, "{folded} with folds, {open} without");
+    proof::by_answer(&["photon_fold"]);
 }

@@ -20,6 +20,7 @@ use nephroid::vk::Feature;
 use crate::shader;
 use crate::support::device::{open, runtime};
 use crate::support::fake::Wires;
+use crate::support::proof;
 use crate::support::repository;
 
 type Pixels = Vec<[f32; 4]>;
@@ -175,10 +176,12 @@ fn squares_add_up_with_vertex_and_geometry_kernels() {
             let got = results.map(|result| executable.read(&result));
             assert_same(&got, &wanted, &format!("{amplify:?}"));
         }
+        proof::ran(&plan.dump());
     }
     let mut other = splats.clone();
     other[77].centre[0] += 1.0;
     assert!(sums(EXTENT, (&other, &colours), |_, _| true) != wanted, "one square moved by a pixel goes unnoticed");
+    proof::by_answer(&["bench_splat_frag", "bench_splat_geom", "bench_splat_point_vert", "bench_splat_vert"]);
 }
 
 /// A compute kernel compiled here; parameters: items and instances to draw.

@@ -11,6 +11,7 @@ use nephroid::kernels::photon::Deposits;
 
 use crate::support::gather::{Light, gathered, lambert};
 use crate::support::harness::Harness;
+use crate::support::proof;
 use crate::support::random::Random;
 use crate::support::view::{self, cross, dot};
 
@@ -162,6 +163,20 @@ fn bounds_hold_every_photon_that_counts() {
         let all = (hits.len() * discs.len()) as f32;
         assert!(accepted > 1000.0 && tested.iter().all(|&n| n < 0.5 * all), "{what}: {accepted} pairs, {tested:?}");
     }
+    proof::by_answer(&[
+        "bounds_args",
+        "bounds_ball_geom",
+        "bounds_ball_vert",
+        "bounds_depth_frag",
+        "bounds_depths",
+        "bounds_point_vert",
+        "bounds_polygon_geom",
+        "bounds_polygon_vert",
+        "bounds_resolve",
+        "bounds_screen_vert",
+        "bounds_seen",
+        "bounds_splat_frag",
+    ]);
 }
 
 #[test]

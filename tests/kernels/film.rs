@@ -7,6 +7,7 @@ use nephroid::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, 
 use nephroid::kernels::generated::{Camera, Pass};
 
 use crate::support::harness::{Harness, Output, POISON_WORD, assert_same};
+use crate::support::proof;
 use crate::support::random::Random;
 
 const PIXELS: u32 = 777;
@@ -123,4 +124,5 @@ fn the_kernel_adds_exactly() {
     let nothing = vec![poison.words(); wanted.len()];
     assert_same(&run(&overflow).0, &nothing, "a pass that did not fit");
     assert_ne!(wanted, nothing, "the check can fail");
+    proof::by(ExactSum::plus, &["film_add"]);
 }

@@ -13,6 +13,7 @@ use nephroid::kernels::photon::{self, Deposits};
 
 use crate::support::gather::{Light, difference, gathered_at, lambert, room};
 use crate::support::harness::Harness;
+use crate::support::proof;
 use crate::support::random::Random;
 use crate::support::view::View;
 
@@ -105,6 +106,21 @@ fn estimators_equal_the_specification() {
     let lights = compare(&harness, &hits, &discs, Weight::Constant, 2e-5);
     let accepted: f32 = lights[0].iter().map(|light| light[1][3]).sum();
     assert!(accepted > 200.0, "{accepted} pairs are too few for a comparison");
+    proof::by(
+        gather,
+        &[
+            "gather_brute",
+            "gather_bvh",
+            "gather_hash",
+            "gather_tiled",
+            "tiled_bounds",
+            "tiled_cover",
+            "tiled_fill",
+            "tiled_levels",
+            "tiled_mark",
+            "tiled_ranges",
+        ],
+    );
 }
 
 #[test]
@@ -172,6 +188,7 @@ fn a_million_photons_at_one_place() {
             assert!((found - all).abs() <= 0.02 * all, "{name}: {found}, not {all}");
         }
     }
+    proof::by_answer(&["gather_unfinished"]);
 }
 
 /// Photons behind the camera, at it, across its plane, larger than the image; both projections; images of odd sizes and of one

@@ -9,6 +9,7 @@ use nephroid::kernels::photon::Deposits;
 
 use crate::support::gather::{Light, difference, gathered, lambert, room};
 use crate::support::harness::Harness;
+use crate::support::proof;
 use crate::support::random::Random;
 
 type Gather = fn(&mut Graph, (Program, u32), Points<'_>, &Deposits, &mut Buf<[f32; 4]>);
@@ -61,6 +62,7 @@ fn the_nearest_are_those_of_the_specification() {
     compare(&harness, (&hits, &discs), Weight::Cone, &[7]);
     let (discs, hits) = room(2000, 100, |_| [0.3, 0.3]);
     compare(&harness, (&hits, &discs), Weight::Epanechnikov, &[1, 2, 64, 512]);
+    proof::by(reference_knn::gather, &["gather_knn", "knn_leaves", "knn_level", "knn_select", "knn_sum"]);
 }
 
 #[test]

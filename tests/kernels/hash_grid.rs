@@ -9,6 +9,7 @@ use nephroid::kernels::reduce;
 
 use crate::support::gather::{Light, difference, gathered, lambert, room};
 use crate::support::harness::{Harness, assert_same};
+use crate::support::proof;
 use crate::support::random::Random;
 
 /// What is left of a grid after its build.
@@ -99,6 +100,7 @@ fn filing_equals_the_specification() {
         check_table(&grid, &what);
         check_levels(&grid, &photons, &what);
     }
+    proof::by(hash_reference::file, &["hash_extent", "hash_file", "hash_insert", "hash_levels"]);
 }
 
 /// The table has every run once, and probing finds it.

@@ -7,6 +7,7 @@ use nephroid::kernels::lbvh_reference::{self, Tree};
 
 use crate::support::boxes::{cases, check};
 use crate::support::harness::{Harness, assert_same};
+use crate::support::proof;
 
 /// Builds on the device, twice.
 fn build(h: &Harness, boxes: &[Aabb], count: Option<u32>, leaf_items: u32) -> Tree {
@@ -73,6 +74,7 @@ fn counts_come_from_the_device() {
         let (name, boxes) = cases(1000).swap_remove(1);
         compare(&h, name, &boxes, Some(count), 4);
     }
+    proof::by(lbvh_reference::build, &["lbvh_boxes", "lbvh_codes", "lbvh_count", "lbvh_links", "lbvh_pack"]);
 }
 
 /// Many climbers on two threads, repeatedly: a lost or torn box of a sibling would show as a wrong box.

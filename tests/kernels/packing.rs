@@ -11,6 +11,7 @@ use nephroid::kernels::records::{self, Record};
 
 use crate::support::gather::{Light, difference, gathered, gathered_on, lambert, room};
 use crate::support::harness::Harness;
+use crate::support::proof;
 use crate::support::random::Random;
 use crate::support::view::View;
 
@@ -121,6 +122,7 @@ fn packed_photons_are_close() {
             assert!(off < if moved > 0.0 { 2e-3 } else { 1e-4 }, "{what}: {accepted} pairs, not {counted}");
         }
     }
+    proof::by_answer(&["hash_pack", "photon_pack", "photon_radii", "photon_sort_records", "tiled_pack"]);
 }
 
 /// Radii over one and two decades, each within half of a step of the logarithm: what all hits see together stays. In the tiles of this

@@ -8,6 +8,7 @@ use nephroid::kernels::generated::{BvhNode, BvhTriangle, Ray, RayHit};
 use nephroid::kernels::trace::{self, MISS, Tree};
 
 use crate::support::device::runtime;
+use crate::support::proof;
 use crate::support::random::Random;
 
 type V3 = [f32; 3];
@@ -93,8 +94,10 @@ impl Built {
 
 fn run<R>(g: Graph, read: impl FnOnce(&nephroid::graph::Executable) -> R) -> R {
     let runtime = runtime();
-    let mut executable = runtime.prepare(&g.plan().expect("a valid plan")).expect("memory");
+    let plan = g.plan().expect("a valid plan");
+    let mut executable = runtime.prepare(&plan).expect("memory");
     executable.run().expect("no validation message");
+    proof::ran(&plan.dump());
     read(&executable)
 }
 
@@ -157,6 +160,7 @@ fn random_scenes_agree_with_brute_force() {
         let hits = built.assert_agree(&assorted_rays(2000, seed + 100));
         assert!(hits.iter().any(|h| h.triangle != MISS), "{count} triangles are hit at all");
     }
+    proof::by(trace::reference, &["trace_any", "trace_closest"]);
 }
 
 /// Planes of an integer lattice, rays that start on lattice planes and run inside of them and through lattice points.
@@ -295,6 +299,7 @@ fn spawned_rays_do_not_hit_their_own_triangle() {
         assert_own_triangles_are_missed(&built, &hits, &spawned, scale);
     }
     assert!(grazed > 1000);
+    proof::by(trace::offset_ray_origin, &["trace_spawn"]);
 }
 
 fn spawn_on_device(built: &Built, hits: &[RayHit], rays: &[Ray]) -> Vec<Ray> {

@@ -9,6 +9,7 @@ use nephroid::scene::Scene;
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, asset};
+use crate::support::proof;
 
 /// Largest difference of a pixel between estimators, relative to the larger of its value and a thousandth of the mean.
 fn difference(a: &Shot, b: &Shot) -> f64 {
@@ -49,6 +50,7 @@ fn constant_radius_gives_what_brute_force_gives() {
             assert!(difference <= 1e-5, "{name}, {}: {difference:e}", estimator.name());
         }
     }
+    proof::by_answer(&["gather_split"]);
 }
 
 /// The ways to draw bounds that are not the default.

@@ -11,6 +11,7 @@ use nephroid::scene::{Camera, Light, Limits, Material, Scene, load};
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, assert_same, asset, from_above};
+use crate::support::proof;
 use crate::support::shared;
 use crate::support::ztest::{ZTest, z_test};
 
@@ -56,6 +57,7 @@ fn render(
     let runtime = runtime();
     let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
     let (mut sums, mut squares): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+    proof::ran(session.plan_text());
     let n = passes.clone().count() as f64;
     for (done, index) in passes.enumerate() {
         session.run_pass(index).expect("a pass without validation message");
@@ -149,6 +151,7 @@ fn furnace_is_uniform() {
     assert!(found.test(&ones).passed);
     let dark = render(&furnace(0.5), &settings(Method::Light, [48, 36], 0), 0..4, (&[""], 6));
     assert!(!dark.test(&ones).passed, "without light paths the comparison must fail");
+    proof::by_answer(&["light_sum"]);
 }
 
 /// A parallel camera sees the same, and a map with too little room is enlarged: at albedo 0.8 a photon leaves four vertices.
@@ -179,6 +182,7 @@ fn one_pixel_takes_a_hundred_thousand_splats() {
     assert!(vertices == same && vertices > 350_000, "{vertices} and {same} vertices");
     lab::assert_close(one, many, 1e-5, "one pixel and the mean of 256");
     lab::assert_close(one, 0.64, 0.05, "light after two reflections and more");
+    proof::by_answer(&["light_blocks"]);
 }
 
 /// More pixels than a band has room for: both bands get their light.
@@ -229,6 +233,7 @@ fn light_by_way_of_a_mirror() {
     assert!(found.test(&Blocks::exact(expected.clone())).passed);
     let brighter = Blocks::exact(expected.iter().map(|x| 1.02 * x).collect());
     assert!(!found.test(&brighter).passed, "two percent must be noticed");
+    proof::by_answer(&["light_append", "light_connect"]);
 }
 
 /// A ring that is a mirror, on a floor, with a light in it.

@@ -10,6 +10,7 @@ use nephroid::scene::shapes::Mesh;
 use nephroid::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};
 
 use crate::support::device::runtime;
+use crate::support::proof;
 use crate::support::shared;
 use crate::support::ztest::{ZTest, z_test};
 
@@ -60,6 +61,7 @@ fn render(scene: &Scene, settings: &Settings, cell: usize, passes: std::ops::Ran
         }
         before = total;
     }
+    proof::ran(session.plan_text());
     let statistics = session.statistics().expect("counts");
     assert_eq!(statistics.rejected, 0, "pixels that are not finite");
     println!("{:.2} s, {} paths truncated", statistics.seconds, statistics.eye_paths_truncated);
@@ -120,6 +122,7 @@ fn furnaces_have_their_answers() {
     ball(Material::mirror()).assert_value("mirror", 1.0);
     // Paths through glass to a room that reflects: radiance is 1 everywhere, seen by way of whatever reflects all.
     render(&furnace(Some(Material::glass(1.5)), 0.5, 0.5), &path(32), 32, 0..64).assert_value("glass in a room", 1.0);
+    proof::by_answer(&["path_scatter"]);
 }
 
 /// GGX with F = 1 between unit directions in the frame of the normal (Walter et al. 2007; height-correlated masking).
@@ -301,6 +304,7 @@ fn layer(scene: &Scene, settings: &Settings, names: [&str; 3], passes: std::ops:
     let runtime = runtime();
     let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
     passes.for_each(|index| session.run_pass(index).expect("a pass"));
+    proof::ran(session.plan_text());
     let picture = session.picture().expect("a picture");
     names.map(|name| {
         let data = &picture.layer(name).expect("a layer").data;
@@ -319,6 +323,7 @@ fn layers_are_those_of_the_photons() {
         assert!((a / b - 1.0).abs() < tolerance, "{name}: {a} by paths, {b} by photons");
     }
     assert!(paths[1] > 0.0 && paths[1] < 0.5 * paths[2], "caustics are a layer of their own");
+    proof::by_answer(&["path_layers"]);
 }
 
 /// A photon render knows nothing of path tracing: its constants are off, its kernels not there.

@@ -8,6 +8,7 @@ use nephroid::scene::{Camera, Light, Material, Scene};
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, asset, from_above, settings};
+use crate::support::proof;
 
 fn stochastic(k: u32) -> Sampling {
     Sampling::Stochastic { k, scale: Scale::Unbiased, filter: false }
@@ -123,6 +124,7 @@ fn smooth_light_is_filled_in() {
     let (rough, smooth) = (take(&scene, stochastic(4), 4), take(&scene, filtered(4), 4));
     assert!(spread(&smooth) < 0.5 * spread(&rough), "{} of {}", spread(&smooth), spread(&rough));
     assert!((smooth.mean("indirect") / rough.mean("indirect") - 1.0).abs() < 0.01);
+    proof::by_answer(&["sampling_choose", "sampling_filter"]);
 }
 
 /// A bright table over a deep floor, with an edge along x = 0.5: no light of the one reaches the other.
@@ -131,6 +133,7 @@ fn no_leak_across_a_step() {
     let table = Mesh::quad([0.5, 0.0, 1.5], [1.5, 0.0, 0.0], [0.0, 0.0, -3.0]);
     let floor = Mesh::quad([-4.0, -3.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]);
     check_sides(&below_a_mirror(vec![(table, grey(1.0)), (floor, grey(1.0))], 0.25));
+    proof::by_answer(&["sampling_fill"]);
 }
 
 /// A ridge along x = 0.5: one slope faces the light, the other turns away.

@@ -7,8 +7,8 @@ use std::sync::MutexGuard;
 use bytemuck::Pod;
 use nephroid::graph::{DeviceClass, Graph, Persistent, Runtime};
 
-use super::device;
 use super::random::Random;
+use super::{device, proof};
 
 /// Byte that fills outputs before a run.
 const POISON: u8 = 0xa5;
@@ -82,6 +82,7 @@ impl Harness {
             outputs.iter().map(|output| output.bytes(&self.runtime)).collect::<Vec<_>>()
         };
         let (first, second) = (run(), run());
+        proof::ran(&plan.dump());
         assert!(first == second, "two runs differ");
         second
     }
@@ -90,8 +91,10 @@ impl Harness {
     pub fn time(&self, declare: impl FnOnce(&mut Graph)) -> f64 {
         let mut graph = Graph::new();
         declare(&mut graph);
-        let mut executable = self.runtime.prepare(&graph.plan().expect("a plan")).expect("memory and commands");
+        let plan = graph.plan().expect("a plan");
+        let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
         executable.run().expect("a first run");
+        proof::ran(&plan.dump());
         let time = |_| {
             let begin = std::time::Instant::now();
             executable.run().expect("a run");

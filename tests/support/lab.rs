@@ -7,7 +7,7 @@ use nephroid::render::{Session, Settings, Statistics};
 use nephroid::scene::{self, Camera, Limits, Projection, Scene};
 
 use super::device::runtime;
-use super::repository;
+use super::{proof, repository};
 
 /// A finished render.
 pub struct Shot {
@@ -52,6 +52,7 @@ impl Shot {
             // Validation messages end a pass with an error.
             session.run_pass(pass).expect("a pass without validation message");
         }
+        proof::ran(session.plan_text());
         let shot = Self {
             picture: session.picture().expect("a picture"),
             statistics: session.statistics().expect("counts"),

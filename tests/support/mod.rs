@@ -11,6 +11,7 @@ pub mod gather;
 pub mod harness;
 pub mod lab;
 pub mod program;
+pub mod proof;
 pub mod random;
 pub mod shared;
 pub mod view;
@@ -26,6 +27,6 @@ pub fn repository(name: &str) -> PathBuf {
 /// Says that a test, or a part of it, is skipped, and why. The line is kept even where the output of tests is captured.
 pub fn skip(reason: &str) {
     use std::io::Write;
-    // `eprintln` would be captured, as the test passes.
-    let _ = writeln!(std::io::stderr(), "skipped: {reason}");
+    // `eprintln` would be captured, as the test passes. One write, so that no other output comes between.
+    let _ = std::io::stderr().write_all(format!("skipped: {reason}\n").as_bytes());
 }

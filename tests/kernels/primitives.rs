@@ -1,131 +1,13 @@
-//! Every kernel against its reference, on the device of `NEPHROID_TEST_DEVICE` under validation.
+//! Scans, reductions, compaction and sorts against their references, with awkward sizes and patterns.
 
 use nephroid::graph::{DeviceClass, DispatchArgs, Graph};
-use nephroid::kernels::generated::{self, Aabb};
+use nephroid::kernels::generated::Aabb;
 use nephroid::kernels::reduce::Op;
 use nephroid::kernels::{Items, compact, reduce, scan, segmented_scan, sort};
 
 use crate::support::harness::{Harness, POISON_WORD, SIZES, assert_same, patterns};
+use crate::support::proof;
 use crate::support::random::Random;
-
-/// Kernel names and the reference that its test compares with; a kernel that is missing here fails `every_kernel_...`.
-const REFERENCES: &[(&str, &str)] = &[
-    ("compact_scatter", "kernels::compact::reference"),
-    ("dispatch_args", "kernels::compact::reference_args"),
-    ("film_add", "film::exact::plus"),
-    ("lbvh_boxes", "kernels::lbvh_reference::build"),
-    ("lbvh_codes", "kernels::lbvh_reference::morton"),
-    ("lbvh_count", "kernels::lbvh_reference::build"),
-    ("lbvh_links", "kernels::lbvh_reference::build"),
-    ("lbvh_pack", "kernels::lbvh_reference::build"),
-    ("reduce_aabb", "kernels::reduce::reference_bounds"),
-    ("reduce_f32", "kernels::reduce::reference_f32"),
-    ("reduce_u32", "kernels::reduce::reference_u32"),
-    ("scan_apply", "kernels::scan::reference"),
-    ("scan_reduce", "kernels::scan::reference"),
-    ("scan_spine", "kernels::scan::reference"),
-    ("segmented_scan_apply", "kernels::segmented_scan::reference"),
-    ("segmented_scan_reduce", "kernels::segmented_scan::reference"),
-    ("segmented_scan_spine", "kernels::segmented_scan::reference"),
-    ("sort_count", "kernels::sort::reference_keys"),
-    ("sort_scatter_keys", "kernels::sort::reference_keys"),
-    ("sort_scatter_pairs", "kernels::sort::reference_pairs"),
-    ("gather_brute", "kernels::gather::reference::gather"),
-    ("gather_bvh", "kernels::gather::reference::gather"),
-    ("gather_knn", "kernels::gather::reference_knn::gather"),
-    ("knn_leaves", "kernels::gather::reference_knn::gather"),
-    ("knn_level", "kernels::gather::reference_knn::gather"),
-    ("knn_select", "kernels::gather::reference_knn::gather"),
-    ("knn_sum", "kernels::gather::reference_knn::gather"),
-    ("gather_hash", "kernels::gather::reference::gather"),
-    ("hash_extent", "kernels::gather::hash_reference::extent"),
-    ("hash_file", "kernels::gather::hash_reference::key"),
-    ("hash_insert", "kernels::gather::hash_reference::runs"),
-    ("hash_levels", "kernels::gather::hash_reference::levels"),
-    ("gather_tiled", "kernels::gather::reference::gather"),
-    ("tiled_bounds", "kernels::gather::reference::gather"),
-    ("tiled_cover", "kernels::gather::reference::gather"),
-    ("tiled_fill", "kernels::gather::reference::gather"),
-    ("tiled_levels", "kernels::gather::reference::gather"),
-    ("tiled_mark", "kernels::gather::reference::gather"),
-    ("tiled_ranges", "kernels::gather::reference::gather"),
-    ("photon_differential", "kernels::differentials::reflect"),
-    ("trace_any", "kernels::trace::reference"),
-    ("trace_closest", "kernels::trace::reference"),
-    ("trace_spawn", "kernels::trace::offset_ray_origin"),
-];
-
-/// Transport kernels have no copy on the host; each is proven by a test against an analytic answer: its file and name.
-const ANALYTIC: &[(&str, &str, &str)] = &[
-    ("bench_multiply", "tests/study/bench.rs", "fn "), // a yardstick: nothing depends on its result
-    ("bench_splat_frag", "tests/graph/raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
-    ("bench_splat_geom", "tests/graph/raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
-    ("bench_splat_point_vert", "tests/graph/raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
-    ("bench_splat_vert", "tests/graph/raster.rs", "fn squares_add_up_with_vertex_and_geometry_kernels"),
-    ("bounds_args", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_ball_geom", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_ball_vert", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_depth_frag", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_depths", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_point_vert", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_polygon_geom", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_polygon_vert", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_resolve", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_screen_vert", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_seen", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("bounds_splat_frag", "tests/kernels/bounds.rs", "fn bounds_hold_every_photon_that_counts"),
-    ("direct_light", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
-    ("eye_generate", "tests/extremes/lambert.rs", "fn case_05_point_light_by_shadow_rays"),
-    ("eye_shade", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
-    ("gather_split", "tests/render/estimators.rs", "fn constant_radius_gives_what_brute_force_gives"),
-    ("gather_unfinished", "tests/kernels/gather.rs", "fn a_million_photons_at_one_place"),
-    ("hash_pack", "tests/kernels/packing.rs", "fn packed_photons_are_close"),
-    ("light_append", "tests/render/light.rs", "fn light_by_way_of_a_mirror"),
-    ("light_blocks", "tests/render/light.rs", "fn one_pixel_takes_a_hundred_thousand_splats"),
-    ("light_connect", "tests/render/light.rs", "fn light_by_way_of_a_mirror"),
-    ("light_sum", "tests/render/light.rs", "fn furnace_is_uniform"),
-    ("list_select", "tests/extremes/lambert.rs", "fn case_01_furnace"),
-    ("path_layers", "tests/render/path.rs", "fn layers_are_those_of_the_photons"),
-    ("path_scatter", "tests/render/path.rs", "fn furnaces_have_their_answers"),
-    ("photon_advance", "tests/extremes/lambert.rs", "fn case_01_furnace"),
-    ("photon_append", "tests/extremes/lambert.rs", "fn case_01_furnace"),
-    ("photon_bounce", "tests/extremes/specular.rs", "fn case_08_slab_transmits"),
-    ("photon_fold", "tests/extremes/walls.rs", "fn a_wall_keeps_the_light_on_its_side"),
-    ("photon_emit", "tests/extremes/lambert.rs", "fn case_05_point_light_by_photons"),
-    ("photon_pack", "tests/kernels/packing.rs", "fn packed_photons_are_close"),
-    ("photon_radii", "tests/kernels/packing.rs", "fn packed_photons_are_close"),
-    ("photon_sort_records", "tests/kernels/packing.rs", "fn packed_photons_are_close"),
-    ("photon_sort", "tests/extremes/lambert.rs", "fn case_04_integrating_sphere"),
-    ("sampling_choose", "tests/render/sampling.rs", "fn smooth_light_is_filled_in"),
-    ("sampling_fill", "tests/render/sampling.rs", "fn no_leak_across_a_step"),
-    ("sampling_filter", "tests/render/sampling.rs", "fn smooth_light_is_filled_in"),
-    ("tiled_pack", "tests/kernels/packing.rs", "fn packed_photons_are_close"),
-    ("trace_list", "tests/extremes/lambert.rs", "fn case_01_furnace"),
-];
-
-#[test]
-fn every_kernel_has_a_reference() {
-    let shaders = generated::SHADERS.iter().map(|shader| shader.name);
-    let names: Vec<_> = generated::ALL.iter().map(|kernel| kernel.name).chain(shaders).collect();
-    for name in &names {
-        let known = REFERENCES.iter().map(|(known, _)| known).chain(ANALYTIC.iter().map(|(known, ..)| known));
-        assert!(known.into_iter().any(|known| known == name), "kernel {name} has no reference and test");
-    }
-    for (name, file, test) in ANALYTIC {
-        assert!(names.contains(name), "{name} is listed but does not exist");
-        let path = format!("{}/{file}", env!("CARGO_MANIFEST_DIR"));
-        let source = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-        assert!(source.contains(test), "{file} has no `{test}`");
-    }
-    for (name, reference) in REFERENCES {
-        assert!(names.contains(name), "{name} is listed but does not exist");
-        // `kernels::sort::reference_keys` is the function `reference_keys` of src/kernels/sort.rs.
-        let (path, function) = reference.rsplit_once("::").expect("a path");
-        let file = format!("{}/src/{}.rs", env!("CARGO_MANIFEST_DIR"), path.replace("::", "/"));
-        let source = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{file}: {e}"));
-        assert!(source.contains(&format!("pub fn {function}(")), "{file} has no function {function}");
-    }
-}
 
 /// Runs `test` on every size and pattern, with the count from the host, and for random data also with a count on the GPU,
 /// smaller and larger than the buffer.
@@ -178,6 +60,7 @@ fn exclusive_scan() {
         assert_same(&h.content(&output), &padded(sums, data.len()), what);
         assert_same(&h.content(&total), &[all], what);
     });
+    proof::by(scan::reference, &["scan_apply", "scan_reduce", "scan_spine"]);
 }
 
 #[test]
@@ -200,6 +83,7 @@ fn segmented_exclusive_scan() {
             assert_same(&h.content(&output), &wanted, &format!("{what}, heads {kind}"));
         }
     });
+    proof::by(segmented_scan::reference, &["segmented_scan_apply", "segmented_scan_reduce", "segmented_scan_spine"]);
 }
 
 #[test]
@@ -217,6 +101,7 @@ fn reductions_of_u32() {
             assert_same(&h.content(&result), &[wanted], &format!("{what} {op:?}"));
         }
     });
+    proof::by(reduce::reference_u32, &["reduce_u32"]);
 }
 
 /// The device adds in the stated order, so even float sums are exact against the reference, and near the sum in f64.
@@ -238,6 +123,7 @@ fn sum_of_f32() {
             assert_near_sum(wanted, used(&floats, count), what);
         }
     });
+    proof::by(reduce::reference_f32, &["reduce_f32"]);
 }
 
 /// At most 4096 additions into a lane (a share of 2^20 items) and 30 in trees lie above any item.
@@ -279,6 +165,7 @@ fn union_of_boxes() {
             assert_same(&h.content(&result), &[wanted], &format!("{n} boxes, {count:?}"));
         }
     }
+    proof::by(reduce::reference_bounds, &["reduce_aabb"]);
 }
 
 #[test]
@@ -306,6 +193,7 @@ fn compaction() {
         assert_same(&h.content(&kept)[..wanted.len()], &wanted, what);
         assert_same(&h.content(&args), &[compact::reference_args(wanted.len() as u32, 64)], what);
     });
+    proof::by(compact::reference, &["compact_scatter"]);
 }
 
 #[test]
@@ -325,6 +213,7 @@ fn dispatch_arguments_cover_the_count() {
         let invocations = u64::from(got.x) * u64::from(got.y) * 64;
         assert!(got.x <= 65_535 && got.y <= 65_535 && invocations >= u64::from(count), "{count}: {got:?}");
     }
+    proof::by(compact::reference_args, &["dispatch_args"]);
 }
 
 /// In place with a counted sort of all bits: what lies behind the count has to survive, guard included.
@@ -344,6 +233,7 @@ fn sort_of_keys() {
         wanted.extend_from_slice(&data[wanted.len()..]);
         assert_same(&h.content(&output), &wanted, what);
     });
+    proof::by(sort::reference_keys, &["sort_count", "sort_scatter_keys"]);
 }
 
 #[test]
@@ -374,4 +264,5 @@ fn sort_of_pairs() {
             assert_same(&got, &sort::reference_pairs(&pairs, bits), &format!("{what}, {bits} bits"));
         }
     });
+    proof::by(sort::reference_pairs, &["sort_scatter_pairs"]);
 }
