@@ -1,6 +1,6 @@
-//! The scripts in tools/, played out with a `PATH` of fakes. tools/setup on a system that lacks packages installs as root or
-//! through sudo without a password, and otherwise prints the command and stops with code 3. tools/test shows where it
-//! stands, what it skips and how many tests passed.
+//! The scripts in tools/, played out with a `PATH` of fakes. tools/setup on a system that lacks packages installs as
+//! root or through sudo without a password, and otherwise prints the command and stops with code 3. tools/test shows
+//! where it stands, what it skips and how many tests passed.
 #![cfg(unix)]
 
 use std::fs;

@@ -1,7 +1,7 @@
 //! How the error falls with the passes and with the radius: case 24.
 //!
-//! The scene has an analytic answer whose curvature is smooth: a floor lit by a point light by way of a plane mirror above it. Only
-//! the layer of photons is looked at. Discs of one radius for all photons, no guard cuts them.
+//! The scene has an analytic answer whose curvature is smooth: a floor lit by a point light by way of a plane mirror
+//! above it. Only the layer of photons is looked at. Discs of one radius for all photons, no guard cuts them.
 
 use std::f64::consts::PI;
 
@@ -103,8 +103,8 @@ fn of(errors: &Errors, values: &[f64]) -> f64 {
     slope(passes.zip(values.iter().copied()))
 }
 
-/// Squared bias and variance after `passes` passes relative to those of the first, as the schedule of radii has it: bias grows with
-/// the squared radius, variance falls with it, and the picture is the mean.
+/// Squared bias and variance after `passes` passes relative to those of the first, as the schedule of radii has it:
+/// bias grows with the squared radius, variance falls with it, and the picture is the mean.
 fn schedule(passes: &[u64]) -> (Vec<f64>, Vec<f64>) {
     let settings = Settings::default();
     let squared = |index: u64| f64::from(settings.radius_scale(index)).powi(2);
@@ -116,8 +116,9 @@ fn schedule(passes: &[u64]) -> (Vec<f64>, Vec<f64>) {
 
 /// Case 24, first half: with the exponent 2/3 the squared error falls as N^(-2/3).
 ///
-/// The footprints hold a photon or two. Photons of a pass are stratified, so wider footprints see less noise than independent photons
-/// would give, and lose that as they narrow: with ten photons in them the variance falls as N^-0.53 over the same passes.
+/// The footprints hold a photon or two. Photons of a pass are stratified, so wider footprints see less noise than
+/// independent photons would give, and lose that as they narrow: with ten photons in them the variance falls as N^-0.53
+/// over the same passes.
 #[test]
 fn case_24_error_falls_with_the_passes() {
     let radius = 0.25;
@@ -143,7 +144,8 @@ fn case_24_bias_falls_with_the_passes() {
     assert!((found - expected).abs() < 0.05, "slope of the squared bias: {found}, by the schedule {expected}");
 }
 
-/// Case 24, second half: with a fixed radius the error ends at a bias that grows with the fourth power of the radius, squared.
+/// Case 24, second half: with a fixed radius the error ends at a bias that grows with the fourth power of the radius,
+/// squared.
 #[test]
 fn case_24_a_fixed_radius_has_a_floor() {
     let radii = [0.25, 0.35, 0.5];

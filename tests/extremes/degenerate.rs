@@ -15,8 +15,8 @@ fn triangle(corners: [[f32; 3]; 3]) -> Mesh {
     }
 }
 
-/// Case 33: triangles without area, of size 1e-20 and with numbers that are not finite are skipped and counted; as emitters they are
-/// never lights. The picture is that of the scene without them, bit for bit.
+/// Case 33: triangles without area, of size 1e-20 and with numbers that are not finite are skipped and counted; as
+/// emitters they are never lights. The picture is that of the scene without them, bit for bit.
 #[test]
 fn case_33_degenerate_triangles() {
     let clean = room(Material::lambert([0.5; 3]), vec![lamp()]);
@@ -116,8 +116,9 @@ fn case_40_thin_images() {
     }
 }
 
-/// Case 40: a camera inside of glass sees the room through it. In a uniform sky of radiance 1 it sees n^2 everywhere: radiance over the
-/// squared index is constant along a ray, and what total reflection keeps inside came in somewhere else.
+/// Case 40: a camera inside of glass sees the room through it. In a uniform sky of radiance 1 it sees n^2 everywhere:
+/// radiance over the squared index is constant along a ray, and what total reflection keeps inside came in somewhere
+/// else.
 #[test]
 fn case_40_camera_inside_of_glass() {
     let mut scene = room(Material::lambert([0.5; 3]), vec![lamp()]);

@@ -25,7 +25,8 @@ struct State {
 }
 
 impl Facet {
-    /// A triangle on a sphere around `center` in the way of the ray from `p` along `d`, with the sphere's normals towards the ray.
+    /// A triangle on a sphere around `center` in the way of the ray from `p` along `d`, with the sphere's normals
+    /// towards the ray.
     fn on_sphere(p: DVec3, d: DVec3, (center, radius, eta): (DVec3, f64, f64)) -> Self {
         let hit = p + d * Self::sphere_distance(p, d, center, radius);
         let n = (hit - center) / radius;

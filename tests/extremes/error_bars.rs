@@ -1,5 +1,5 @@
-//! The renderer's own error against known answers: of the pixels, at least 85 % are within the bound of 90 %, case 39 (light that
-//! finds its way once in a million times, and a light inside a glass bulb) among them.
+//! The renderer's own error against known answers: of the pixels, at least 85 % are within the bound of 90 %, case 39
+//! (light that finds its way once in a million times, and a light inside a glass bulb) among them.
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,8 @@ struct Score {
 }
 
 impl Trial {
-    /// Renders passes 0 .. `passes` of `scene`; `truth` is the radiance at a point of the picture, from -1 to 1, to the right and up.
+    /// Renders passes 0 .. `passes` of `scene`; `truth` is the radiance at a point of the picture, from -1 to 1, to the
+    /// right and up.
     fn of(name: &'static str, scene: &Scene, settings: Settings, passes: u64, truth: impl Fn(f64, f64) -> f64) -> Self {
         const CELLS: u32 = 8;
         let place = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE * CELLS) * 2.0 - 1.0;
@@ -87,8 +88,8 @@ impl Trial {
         assert!((1.0 / 1.5..most).contains(&ratio), "{}: {found:?}, true {truth}", self.name);
     }
 
-    /// A scene without surprises: bounds are of use (2.4 times the error is the least that holds for 90 %), halves of them hold
-    /// too seldom, and the error of the picture is right.
+    /// A scene without surprises: bounds are of use (2.4 times the error is the least that holds for 90 %), halves of
+    /// them hold too seldom, and the error of the picture is right.
     fn check_ordinary(&self) {
         let score = self.check();
         assert!(score.width < 8.0, "{}: bounds are too wide, {score:?}", self.name);
@@ -149,8 +150,8 @@ fn point_light_by_way_of_a_mirror() {
     let truth = |x: f64, y: f64| from(0.5, x, y) + from(1.5, x, y);
     let trial = Trial::of("point light and mirror", &scene, plain(20_000), 32, truth);
     trial.check();
-    // Photons of one light are spread evenly over its directions and come here as they were sent: the mean over passes is
-    // better than their spread tells.
+    // Photons of one light are spread evenly over its directions and come here as they were sent: the mean over passes
+    // is better than their spread tells.
     trial.check_picture(4.0);
 }
 
@@ -173,7 +174,8 @@ fn edges_of_a_caustic() {
     trial.check_picture(4.0);
 }
 
-/// A lamp above, a floor below, and between them a plate with a square hole; the ceiling is lit and alone sends light through the hole.
+/// A lamp above, a floor below, and between them a plate with a square hole; the ceiling is lit and alone sends light
+/// through the hole.
 fn keyhole(hole: f64) -> (Scene, impl Fn(f64, f64) -> f64) {
     let (albedo, intensity, lamp) = (0.8, 5.0, [0.7, 0.6]);
     let e = 0.5 * hole as f32;
@@ -233,7 +235,8 @@ fn case_39_wider_keyhole() {
     assert!(blind.held < 0.85, "without a term for unseen light the bound must fail: {blind:?}");
 }
 
-/// Case 39: a point light in the middle of a glass ball, in the middle of a sphere: all its light reaches the wall, by photons alone.
+/// Case 39: a point light in the middle of a glass ball, in the middle of a sphere: all its light reaches the wall, by
+/// photons alone.
 #[test]
 fn case_39_light_in_a_glass_bulb() {
     let (albedo, radius, intensity) = (0.5, 2.0, 3.0);

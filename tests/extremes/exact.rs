@@ -64,7 +64,8 @@ fn case_29_geometry_times_powers_of_two() {
     assert!(difference(&without_depth(&a), &without_depth(&b)).is_some(), "unscaled lights must be noticed");
 }
 
-/// Case 29 for the smallest footprints: the focus of a glass ball, where fourth powers of lengths are below the normal numbers.
+/// Case 29 for the smallest footprints: the focus of a glass ball, where fourth powers of lengths are below the normal
+/// numbers.
 #[test]
 fn case_29_focus_times_powers_of_two() {
     let mut scene = room(Material::lambert([0.5; 3]), vec![]);
@@ -121,8 +122,8 @@ fn case_42_the_same_seed_twice() {
     }
 }
 
-/// Case 42: a pass depends on its global index alone, and the film's sums are exact. Films of parts, in any order, are the film of
-/// the whole bit for bit, and so is one that was stopped and went on.
+/// Case 42: a pass depends on its global index alone, and the film's sums are exact. Films of parts, in any order, are
+/// the film of the whole bit for bit, and so is one that was stopped and went on.
 #[test]
 fn case_42_merged_and_resumed() {
     let mut scene = room(Material::glass(1.5), vec![lamp()]);

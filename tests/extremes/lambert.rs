@@ -19,7 +19,8 @@ fn blocks(pixels: &[f64], n: usize) -> Vec<f64> {
     (0..n * n).map(|i| block(i % n, i / n)).collect()
 }
 
-/// Case 1: in a closed room whose walls emit Le and reflect a, the radiance is Le / (1 - a) everywhere, whatever the shape.
+/// Case 1: in a closed room whose walls emit Le and reflect a, the radiance is Le / (1 - a) everywhere, whatever the
+/// shape.
 #[test]
 fn case_01_furnace() {
     let wall = Material { emissive: [0.5; 3], ..Material::lambert([0.5; 3]) };
@@ -62,7 +63,8 @@ fn case_04_integrating_sphere() {
     proof::by_answer(&["photon_sort"]);
 }
 
-/// Case 5, first half: irradiance I h / (h^2 + x^2)^1.5 of a plane by shadow rays, at points: each image is one pixel of 1e-6 units.
+/// Case 5, first half: irradiance I h / (h^2 + x^2)^1.5 of a plane by shadow rays, at points: each image is one pixel
+/// of 1e-6 units.
 #[test]
 fn case_05_point_light_by_shadow_rays() {
     let (h, intensity) = (1.5f64, 2.0);
@@ -80,8 +82,8 @@ fn case_05_point_light_by_shadow_rays() {
     proof::by_answer(&["direct_light", "eye_generate"]);
 }
 
-/// Case 5, second half: the renderer leaves direct light to shadow rays, so photons show the light's image in a plane mirror
-/// above it, which lights the floor from h' = 2 * 1 - 0.5 by the same law.
+/// Case 5, second half: the renderer leaves direct light to shadow rays, so photons show the light's image in a plane
+/// mirror above it, which lights the floor from h' = 2 * 1 - 0.5 by the same law.
 #[test]
 fn case_05_point_light_by_photons() {
     let intensity = 2.0;
@@ -108,23 +110,27 @@ fn case_05_point_light_by_photons() {
     proof::by_answer(&["photon_emit"]);
 }
 
-/// Share of the light that leaves a point of the floor and meets the unit square that stands at distance `c`, from its side `z`:
-/// the configuration factor of a rectangle perpendicular to the receiver, for the parts on both sides of the point.
+/// Share of the light that leaves a point of the floor and meets the unit square that stands at distance `c`, from its
+/// side `z`: the configuration factor of a rectangle perpendicular to the receiver, for the parts on both sides of the
+/// point.
 fn perpendicular_factor(c: f64, z: f64) -> f64 {
     let s = (1.0 + c * c).sqrt();
     let part = |b: f64| ((b / c).atan() - c / s * (b / s).atan()) / (2.0 * PI);
     part(z) + part(1.0 - z)
 }
 
-/// Case 7: unit squares. The receiver is the floor, the emitter a wall that shares an edge with it: form factor 0.200044 by shadow
-/// rays. A mirror on the diagonal between them shows the emitter as the parallel square at distance 1: 0.199825, by photons.
+/// Case 7: unit squares. The receiver is the floor, the emitter a wall that shares an edge with it: form factor
+/// 0.200044 by shadow rays. A mirror on the diagonal between them shows the emitter as the parallel square at distance
+/// 1: 0.199825, by photons.
 ///
-/// Shadow rays at uniform points of the emitter have infinite variance where the squares touch, so the quarter of the receiver at the
-/// edge has no useful error bound; there only the analytic factors enter, whose mean over the whole square is the form factor.
+/// Shadow rays at uniform points of the emitter have infinite variance where the squares touch, so the quarter of the
+/// receiver at the edge has no useful error bound; there only the analytic factors enter, whose mean over the whole
+/// square is the form factor.
 #[test]
 fn case_07_form_factors() {
     let albedo = 0.8;
-    // The floor goes on beyond the square, where footprints reach; light and mirror are as wide as the square's photons need.
+    // The floor goes on beyond the square, where footprints reach; light and mirror are as wide as the square's photons
+    // need.
     let floor = Mesh::quad([-0.5, 0.0, 1.5], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
     let wall = Mesh::quad([1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]);
     let mirror = Mesh::quad([0.0, 0.0, 1.5], [1.0, 1.0, 0.0], [0.0, 0.0, -2.0]);

@@ -11,9 +11,9 @@ use crate::support::lab::{Shot, assert_close, close, from_above, settings};
 const TILT: f64 = 0.5;
 const HEIGHT: f64 = 0.6;
 
-/// Part of a mirror cylinder of radius 1 on a floor: azimuths `angles` from +x, heights `heights`. It is lit along +x by parallel
-/// light that falls at the angle TILT. Seen from above the vertical component plays no part: the rays are those of the plane
-/// problem.
+/// Part of a mirror cylinder of radius 1 on a floor: azimuths `angles` from +x, heights `heights`. It is lit along +x
+/// by parallel light that falls at the angle TILT. Seen from above the vertical component plays no part: the rays are
+/// those of the plane problem.
 fn cup(angles: [f64; 2], heights: [f64; 2], camera: Camera) -> Scene {
     let segments = 256;
     let mut mirror = Mesh::default();
@@ -35,10 +35,10 @@ fn cup(angles: [f64; 2], heights: [f64; 2], camera: Camera) -> Scene {
     Scene::from_parts(vec![(floor, Material::lambert([1.0; 3])), (mirror, Material::mirror())], vec![sun], camera)
 }
 
-/// Case 9, the curve: the brightest places of narrow strips along x, one through the cusp and others through points of the
-/// nephroid, are on it. The strips are narrow because the cusp is: z = sin^3 a where x = 1/2 + 3/4 a^2. Only the part of the mirror
-/// that makes this part of the curve is there, so that most photons come to it: light leaves the mirror at the height from which
-/// it has fallen to the floor after the distance cos(a) / 2 to the curve.
+/// Case 9, the curve: the brightest places of narrow strips along x, one through the cusp and others through points of
+/// the nephroid, are on it. The strips are narrow because the cusp is: z = sin^3 a where x = 1/2 + 3/4 a^2. Only the
+/// part of the mirror that makes this part of the curve is there, so that most photons come to it: light leaves the
+/// mirror at the height from which it has fallen to the floor after the distance cos(a) / 2 to the curve.
 #[test]
 fn case_09_nephroid_ridge() {
     let (width, pixel) = (128, 4e-4);
@@ -52,7 +52,8 @@ fn case_09_nephroid_ridge() {
         // Footprints keep their length along the beam, which the floor stretches by 1 / sin TILT.
         let settings = Settings { caustic_smoothing: 0.4, ..settings(width, 1, 200_000) };
         let image = Shot::take(&scene, &settings, 0..5).red("caustic");
-        // Sums of nine pixels, 0.36 % of the radius: near the curve footprints are so small that single pixels are noise.
+        // Sums of nine pixels, 0.36 % of the radius: near the curve footprints are so small that single pixels are
+        // noise.
         let sums: Vec<f64> = image.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect();
         let best = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b])).expect("a pixel");
         let found = x + half * ((best as f64 + 4.5) / image.len() as f64 * 2.0 - 1.0);
@@ -65,7 +66,8 @@ fn case_09_nephroid_ridge() {
     }
 }
 
-/// Case 9, the flux: all light on the mirror, 2 R H times its irradiance, ends on the floor, however often it is reflected.
+/// Case 9, the flux: all light on the mirror, 2 R H times its irradiance, ends on the floor, however often it is
+/// reflected.
 #[test]
 fn case_09_nephroid_flux() {
     let camera = from_above([-0.5, 0.001, 0.0], 2.4);
@@ -78,8 +80,9 @@ fn case_09_nephroid_flux() {
     assert!(close(flux, expected * 1.03, 0.02).is_err());
 }
 
-/// Case 11: a light in the centre of a spherical mirror: every ray comes back, footprints shrink to nothing. The floor lies just
-/// behind the focus. Footprints are raised to the smallest radius r and counted; a disc of 2 r keeps the flux of the cap.
+/// Case 11: a light in the centre of a spherical mirror: every ray comes back, footprints shrink to nothing. The floor
+/// lies just behind the focus. Footprints are raised to the smallest radius r and counted; a disc of 2 r keeps the flux
+/// of the cap.
 #[test]
 fn case_11_light_in_the_centre_of_a_mirror() {
     // The cap of 60 degrees around the zenith, of a sphere of 24 bands of 5 degrees below the pole.
@@ -102,8 +105,8 @@ fn case_11_light_in_the_centre_of_a_mirror() {
         let disc = (0..48 * 48).filter(|&i| place(i % 48).hypot(place(i / 48)) <= limit);
         disc.map(|i| caustic[i]).sum::<f64>() * (2.0 * half / 48.0).powi(2) * PI
     };
-    // Solid angle of the cap: 2 pi (1 - cos 60 degrees); facets do not matter, their edges are arcs seen from the centre only
-    // along meridians, so the rim's polygon is 0.1 % smaller.
+    // Solid angle of the cap: 2 pi (1 - cos 60 degrees); facets do not matter, their edges are arcs seen from the
+    // centre only along meridians, so the rim's polygon is 0.1 % smaller.
     let expected = 2.0 * PI * 0.5;
     assert_close(inside(2.0 * radius), expected, 0.02, "flux inside of two radii");
     assert!(close(inside(0.5 * radius), expected, 0.02).is_err(), "half a radius is too little");

@@ -8,8 +8,9 @@ use nephroid::scene::{Light, Material, Scene};
 use crate::support::lab::{Shot, assert_close, close, from_above, parallel, settings};
 use crate::support::proof;
 
-/// Case 8: a slab of glass between the sun at the zenith and a floor. With R = ((n - 1) / (n + 1))^2 and all reflections inside,
-/// T = (1 - R) / (1 + R) = 0.923077. The image holds the whole slab with a margin for footprints, so it counts all flux.
+/// Case 8: a slab of glass between the sun at the zenith and a floor. With R = ((n - 1) / (n + 1))^2 and all
+/// reflections inside, T = (1 - R) / (1 + R) = 0.923077. The image holds the whole slab with a margin for footprints,
+/// so it counts all flux.
 #[test]
 fn case_08_slab_transmits() {
     let irradiance = 2.0;
@@ -34,8 +35,8 @@ fn fresnel(angle: f64, ior: f64) -> f64 {
     0.5 * (s + p)
 }
 
-/// R + T = 1, both measured: sun at 20 degrees through a window in a screen, so that the slab's reflection lands beside the window on the
-/// screen's lower side.
+/// R + T = 1, both measured: sun at 20 degrees through a window in a screen, so that the slab's reflection lands beside
+/// the window on the screen's lower side.
 #[test]
 fn case_08_slab_reflects_the_rest() {
     let angle = 20f64.to_radians();

@@ -1,4 +1,5 @@
-//! Leaving out what a scene does not need changes no bit: kernels specialised for the scene against kernels with every feature.
+//! Leaving out what a scene does not need changes no bit: kernels specialised for the scene against kernels with every
+//! feature.
 
 use nephroid::render::Settings;
 use nephroid::scene::shapes::Mesh;
@@ -6,7 +7,8 @@ use nephroid::scene::{Camera, Environment, Image, Light, Material, Scene, Textur
 
 use crate::support::lab::{Shot, assert_same, difference, settings};
 
-/// A slanted box in front of a wall, on a floor, so that nothing is aligned with the axes; `object` is the box's material.
+/// A slanted box in front of a wall, on a floor, so that nothing is aligned with the axes; `object` is the box's
+/// material.
 pub fn room(object: Material, lights: Vec<Light>) -> Scene {
     let floor = Mesh::quad([-2.0, 0.0, 2.0], [4.0, 0.0, 0.3], [0.2, 0.1, -4.0]);
     let wall = Mesh::quad([-2.0, 0.0, -1.5], [4.0, 0.0, 0.3], [0.1, 3.0, 0.2]);

@@ -36,8 +36,8 @@ fn error(shot: &Shot, expected: f64) -> f64 {
     ((0..64).map(|b| (block(b) / expected - 1.0).powi(2)).sum::<f64>() / 64.0).sqrt()
 }
 
-/// Case 38 for concave edges: in a cube that is a furnace the radiance is the same up to every edge and corner. A quarter of it
-/// comes by photons.
+/// Case 38 for concave edges: in a cube that is a furnace the radiance is the same up to every edge and corner. A
+/// quarter of it comes by photons.
 #[test]
 fn light_is_even_up_to_the_edges_of_a_room() {
     let wall = Material { emissive: [0.5; 3], ..Material::lambert([0.5; 3]) };
@@ -53,8 +53,8 @@ fn light_is_even_up_to_the_edges_of_a_room() {
     assert!(lost < 0.35 * lost_open, "{lost} of the light is lost with folds, {lost_open} without");
 }
 
-/// Case 37: a thin wall on a floor, lit from one side. What reaches the other side is the light that footprints carry through
-/// the wall, and folds keep it back.
+/// Case 37: a thin wall on a floor, lit from one side. What reaches the other side is the light that footprints carry
+/// through the wall, and folds keep it back.
 #[test]
 fn a_wall_keeps_the_light_on_its_side() {
     let white = || Material::lambert([0.8; 3]);

@@ -1,5 +1,5 @@
-//! Plans on a device under validation: replay, inputs, aliasing, windows, scopes; and that a missing barrier, overlapping
-//! memory and a read of unwritten memory are noticed.
+//! Plans on a device under validation: replay, inputs, aliasing, windows, scopes; and that a missing barrier,
+//! overlapping memory and a read of unwritten memory are noticed.
 //!
 //! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`).
 

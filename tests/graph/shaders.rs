@@ -324,7 +324,8 @@ fn stages_of_a_draw_are_reflected_without_what_passes_between_them() {
         "stage: crate::graph::Stage::Fragment, colours: 2,",
         "pub spots: &'a crate::graph::Buf<[f32; 4]>,",
         "pub static ALL: &[&crate::graph::KernelInfo] = &[\n];",
-        "pub static SHADERS: &[&crate::graph::ShaderInfo] = &[\n    &SPOT_VERT_INFO,\n    &SPOT_GEOM_INFO,\n    &SPOT_FRAG_INFO,\n];",
+        "pub static SHADERS: &[&crate::graph::ShaderInfo] = &[\n    \
+         &SPOT_VERT_INFO,\n    &SPOT_GEOM_INFO,\n    &SPOT_FRAG_INFO,\n];",
     ] {
         assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
     }

@@ -1,5 +1,5 @@
-//! Photons drawn as bounds against every photon at every hit: whatever the camera sees of them, no photon that counts may be
-//! missed, and none counted twice.
+//! Photons drawn as bounds against every photon at every hit: whatever the camera sees of them, no photon that counts
+//! may be missed, and none counted twice.
 
 use std::fmt::Write;
 
@@ -15,8 +15,8 @@ use crate::support::proof;
 use crate::support::random::Random;
 use crate::support::view::{self, cross, dot};
 
-/// A camera at `position` that looks along a random direction, with a picture of `size` and its upper edge `slope` above the
-/// middle at distance 1, or anywhere if it is orthographic.
+/// A camera at `position` that looks along a random direction, with a picture of `size` and its upper edge `slope`
+/// above the middle at distance 1, or anywhere if it is orthographic.
 fn camera(random: &mut Random, position: [f32; 3], (size, slope, orthographic): ([u32; 2], f32, bool)) -> Camera {
     let forward = random.direction();
     let unit = |v: [f32; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -45,8 +45,8 @@ fn seen_at(camera: &Camera, slot: u32, jitter: [f32; 2], distance: f32) -> [f32;
     })
 }
 
-/// One hit in each pixel of the band, often at the very corner of its pixel, and photons around some of them: most of the
-/// pairs that count are at the rim of a footprint.
+/// One hit in each pixel of the band, often at the very corner of its pixel, and photons around some of them: most of
+/// the pairs that count are at the rim of a footprint.
 fn seen(random: &mut Random, camera: &Camera, photons: usize, radii: [f32; 2]) -> (Vec<EyeHit>, Vec<Disc>) {
     let hits: Vec<EyeHit> = (0..camera.pixels)
         .map(|slot| {
@@ -107,7 +107,8 @@ fn by_bounds(harness: &Harness, program: Program, eye: Eye<'_>, hits: &[EyeHit],
     })
 }
 
-/// What differs between the light by bounds and by brute force, and the pairs that were accepted: all of them are to be.
+/// What differs between the light by bounds and by brute force, and the pairs that were accepted: all of them are to
+/// be.
 fn differences(found: &[Light], wanted: &[Light]) -> String {
     let mut text = String::new();
     for (slot, (f, w)) in found.iter().zip(wanted).enumerate() {

@@ -1,4 +1,5 @@
-//! Every estimator on photons and hits made up here, against the specification in double precision, and where it is hard.
+//! Every estimator on photons and hits made up here, against the specification in double precision, and where it is
+//! hard.
 
 use nephroid::graph::{Buf, Graph};
 use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
@@ -191,8 +192,8 @@ fn a_million_photons_at_one_place() {
     proof::by_answer(&["gather_unfinished"]);
 }
 
-/// Photons behind the camera, at it, across its plane, larger than the image; both projections; images of odd sizes and of one
-/// pixel, cut into bands that begin anywhere.
+/// Photons behind the camera, at it, across its plane, larger than the image; both projections; images of odd sizes and
+/// of one pixel, cut into bands that begin anywhere.
 #[test]
 fn cameras_among_the_photons() {
     let harness = Harness::lock();
@@ -219,8 +220,8 @@ fn by_knn(g: &mut Graph, program: Program, (points, _): At<'_>, deposits: &mut D
     knn(g, (program, MAX_NEIGHBOURS), points, (&map, deposits), target);
 }
 
-/// Case 32 of the extreme cases: photons of radius 1 over an extent of 1e13, and hits at them, by every estimator. The camera
-/// is among them, or so far above that it sees them all.
+/// Case 32 of the extreme cases: photons of radius 1 over an extent of 1e13, and hits at them, by every estimator. The
+/// camera is among them, or so far above that it sees them all.
 #[test]
 fn case_32_extent_over_radius_of_1e13() {
     let harness = Harness::lock();
@@ -261,8 +262,8 @@ fn case_32_extent_over_radius_of_1e13() {
     }
 }
 
-/// Case 38: at the edge of a uniformly lit plane half of the light is missing, one radius inside nothing, by every estimator
-/// and however large the radius is.
+/// Case 38: at the edge of a uniformly lit plane half of the light is missing, one radius inside nothing, by every
+/// estimator and however large the radius is.
 #[test]
 fn case_38_edge_of_a_lit_plane() {
     const PHOTONS: u32 = 20_000;

@@ -115,8 +115,8 @@ fn uniform_light_is_estimated_without_bias() {
     }
 }
 
-/// Case 44 of the extreme cases: exact among a million photons at one place, and where a million beside the few that count
-/// must be looked through one by one, which some drivers' loops are too short for.
+/// Case 44 of the extreme cases: exact among a million photons at one place, and where a million beside the few that
+/// count must be looked through one by one, which some drivers' loops are too short for.
 #[test]
 fn a_million_photons_at_one_place() {
     const MILLION: usize = 1_000_000;

@@ -1,4 +1,5 @@
-//! Packed photons, by every estimator that has them, against the specification of full ones: what is lost is precision, never light.
+//! Packed photons, by every estimator that has them, against the specification of full ones: what is lost is precision,
+//! never light.
 
 use nephroid::graph::{Buf, DeviceClass, Graph};
 use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, Options, hash, hash_grid};
@@ -18,9 +19,9 @@ use crate::support::view::View;
 type At<'a> = (Points<'a>, Band<'a>);
 type Gather = fn(&mut Graph, Program, At<'_>, &mut Deposits, (Record, &mut Buf<[f32; 4]>));
 
-/// The estimators that have records, and how far these move a photon along an axis at most, in its radii, with a single radius of 0.1
-/// and `corner`: half of 1/1023 of a cell, which is 2.04 radii wide, or of a tile with 1.12 radii around it. The tile is the whole
-/// room at worst, because a photon that needs many tiles goes up.
+/// The estimators that have records, and how far these move a photon along an axis at most, in its radii, with a single
+/// radius of 0.1 and `corner`: half of 1/1023 of a cell, which is 2.04 radii wide, or of a tile with 1.12 radii around
+/// it. The tile is the whole room at worst, because a photon that needs many tiles goes up.
 const PACKED: &[(&str, Gather, Record, f64)] = &[
     ("bvh", by_bvh, Record::Packed20, 0.0),
     ("hash", by_hash, Record::Packed20, 0.0),
@@ -111,7 +112,8 @@ fn packed_photons_are_close() {
         for class in [DeviceClass::Cpu, DeviceClass::Gpu] {
             let what = format!("{name}, {record:?}, {class:?}");
             let found = packed(&harness, class, (by, record), &hits, &discs);
-            // Half a step of flux, 2^-8 of it at most; and what the kernel 2 (1 - r^2), one in the mean, changes by over the way.
+            // Half a step of flux, 2^-8 of it at most; and what the kernel 2 (1 - r^2), one in the mean, changes by
+            // over the way.
             let tolerance = 2f64.powi(-8) + 4.0 * 2f64.sqrt() * moved;
             assert_eq!(difference(&found, &wanted, tolerance), None, "{what}");
             assert!(difference(&found, &wanted, 1e-5).is_some(), "{what}: nothing was packed");
@@ -125,8 +127,9 @@ fn packed_photons_are_close() {
     proof::by_answer(&["hash_pack", "photon_pack", "photon_radii", "photon_sort_records", "tiled_pack"]);
 }
 
-/// Radii over one and two decades, each within half of a step of the logarithm: what all hits see together stays. In the tiles of this
-/// view, places move by up to 0.0006: a third of the smallest radii of two decades, whose sum is then left to chance.
+/// Radii over one and two decades, each within half of a step of the logarithm: what all hits see together stays. In
+/// the tiles of this view, places move by up to 0.0006: a third of the smallest radii of two decades, whose sum is then
+/// left to chance.
 #[test]
 fn packed_radii_keep_the_light() {
     let harness = Harness::lock();

@@ -9,8 +9,8 @@ use crate::support::harness::{Harness, POISON_WORD, SIZES, assert_same, patterns
 use crate::support::proof;
 use crate::support::random::Random;
 
-/// Runs `test` on every size and pattern, with the count from the host, and for random data also with a count on the GPU,
-/// smaller and larger than the buffer.
+/// Runs `test` on every size and pattern, with the count from the host, and for random data also with a count on the
+/// GPU, smaller and larger than the buffer.
 fn for_each_case(mut test: impl FnMut(&str, &[u32], Option<u32>)) {
     for &n in SIZES {
         for (pattern, data) in patterns(n) {

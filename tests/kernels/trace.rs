@@ -101,7 +101,8 @@ fn run<R>(g: Graph, read: impl FnOnce(&nephroid::graph::Executable) -> R) -> R {
     read(&executable)
 }
 
-/// Software devices divide with correct rounding, so they agree to the bit; Vulkan allows others 2.5 ulp in each division.
+/// Software devices divide with correct rounding, so they agree to the bit; Vulkan allows others 2.5 ulp in each
+/// division.
 fn device_ulps() -> u32 {
     let runtime = runtime();
     if runtime.device().info().name.contains("llvmpipe") { 0 } else { 64 }

@@ -1,5 +1,5 @@
-//! The voxel volume heuristic's tree: valid on every set of boxes, the cheapest split in every node, better than the linear
-//! builder's.
+//! The voxel volume heuristic's tree: valid on every set of boxes, the cheapest split in every node, better than the
+//! linear builder's.
 
 use nephroid::kernels::generated::Aabb;
 use nephroid::kernels::lbvh::{COUNTED_LEAF, LEAF, MAX_DEPTH};

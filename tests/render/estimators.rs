@@ -134,7 +134,8 @@ const PACKED: [(Estimator, Record); 5] = [
     (Estimator::Tiled, Record::Packed12),
 ];
 
-/// What packing costs in precision, apart from noise: the same photons, the same radius. The table of ARCHITECTURE.md has the figures.
+/// What packing costs in precision, apart from noise: the same photons, the same radius. The table of ARCHITECTURE.md
+/// has the figures.
 #[test]
 fn packing_adds_a_small_error() {
     for (name, footprint, bound) in [

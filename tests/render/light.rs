@@ -30,8 +30,8 @@ struct Blocks {
     error: Vec<f64>,
 }
 
-/// Blocks of `side` x `side` pixels of a picture of `width` columns, row by row, of three values a pixel; what is left over at
-/// the edges belongs to none.
+/// Blocks of `side` x `side` pixels of a picture of `width` columns, row by row, of three values a pixel; what is left
+/// over at the edges belongs to none.
 fn block_means(values: &[[f64; 3]], width: usize, side: usize) -> Vec<f64> {
     let (columns, rows) = (width / side, values.len() / width / side);
     let mean = |bx: usize, by: usize, channel: usize| {
@@ -45,8 +45,8 @@ fn block_means(values: &[[f64; 3]], width: usize, side: usize) -> Vec<f64> {
 /// The parts of a picture that light paths and photons make.
 const BY_LIGHT: [&str; 2] = ["caustic", "indirect"];
 
-/// Renders the passes and keeps the means of the blocks of each, for their spread: pixels of a pass depend on each other, passes
-/// do not. The picture is the sum of the named layers; "" is all light.
+/// Renders the passes and keeps the means of the blocks of each, for their spread: pixels of a pass depend on each
+/// other, passes do not. The picture is the sum of the named layers; "" is all light.
 fn render(
     scene: &Scene,
     settings: &Settings,
@@ -101,7 +101,8 @@ impl Blocks {
             100.0 * error / mean
         };
         println!(
-            "{} values, smallest p {:.2e} of {:.2e}: {:.6} +- {:.6}, expected {:.6} +- {:.6}; errors {:.3} % and {:.3} %",
+            "{} values, smallest p {:.2e} of {:.2e}: {:.6} +- {:.6}, expected {:.6} +- {:.6}; \
+             errors {:.3} % and {:.3} %",
             self.mean.len(),
             result.smallest_p,
             result.threshold,
@@ -154,7 +155,8 @@ fn furnace_is_uniform() {
     proof::by_answer(&["light_sum"]);
 }
 
-/// A parallel camera sees the same, and a map with too little room is enlarged: at albedo 0.8 a photon leaves four vertices.
+/// A parallel camera sees the same, and a map with too little room is enlarged: at albedo 0.8 a photon leaves four
+/// vertices.
 #[test]
 fn furnace_through_a_parallel_camera_with_too_little_room() {
     let mut scene = furnace(0.8);
@@ -197,8 +199,8 @@ fn bands_have_their_own_splats() {
     }
 }
 
-/// The image of a point light in a plane mirror lights the floor by the inverse square law: seen at a slant, so that the size of
-/// pixels on the floor enters.
+/// The image of a point light in a plane mirror lights the floor by the inverse square law: seen at a slant, so that
+/// the size of pixels on the floor enters.
 #[test]
 fn light_by_way_of_a_mirror() {
     let (intensity, height, size) = (2.0f64, 1.5f64, [32u32, 24]);
@@ -260,8 +262,8 @@ fn ring(floor: f32) -> Scene {
     Scene::from_parts(parts, vec![light], from_above([0.0, 1.0, 0.0], 0.68))
 }
 
-/// First pass of the comparisons with photons: footprints have a sixth of the first ones' radius, and their bias is below the
-/// noise. Few hold an eye hit then, so pictures have many pixels.
+/// First pass of the comparisons with photons: footprints have a sixth of the first ones' radius, and their bias is
+/// below the noise. Few hold an eye hit then, so pictures have many pixels.
 const LATE: u64 = 1 << 16;
 
 #[test]
@@ -291,8 +293,8 @@ fn glossy_things(colour: f32) -> Vec<(Mesh, Material)> {
     ]
 }
 
-/// A mirror's image of a light is as good as a light there: what light tracing shows by way of a mirror, shadow rays show of
-/// the other light, with gathered glossy lobes and shading normals.
+/// A mirror's image of a light is as good as a light there: what light tracing shows by way of a mirror, shadow rays
+/// show of the other light, with gathered glossy lobes and shading normals.
 #[test]
 fn glossy_surfaces_as_by_shadow_rays() {
     let scene = |colour, mirror: bool| {
@@ -327,7 +329,8 @@ fn still_life() -> Scene {
     Scene::from_parts(parts, vec![light], Camera::look_at([0.0, 1.4, 3.2], [0.0, 0.5, 0.0], [0.0, 1.0, 0.0], 0.7))
 }
 
-/// Pixels in which the first surface is one of `dark`'s black ones: no light can be connected there. Sixteen camera rays each.
+/// Pixels in which the first surface is one of `dark`'s black ones: no light can be connected there. Sixteen camera
+/// rays each.
 fn seen(dark: &Scene, size: [u32; 2], side: usize) -> Vec<bool> {
     let settings = Settings { layers: true, ..settings(Method::Light, size, 0) };
     let albedo = Shot::take(dark, &settings, 0..16).picture.layer("albedo").expect("albedo").data.clone();
@@ -372,9 +375,9 @@ fn reference(name: &str, size: [u32; 2], side: usize) -> Option<(Scene, Blocks)>
     let data = &picture.layers[0].data;
     let pixels: Vec<[f64; 3]> = data.chunks(3).map(|p| std::array::from_fn(|k| f64::from(p[k]))).collect();
     let mean = block_means(&pixels, picture.width as usize, side * factor as usize);
-    // The references' relMSE of 5e-5, the mean of (x - r)^2 / (r^2 + 0.01), is 0.7 % of that root per pixel. Blocks of n pixels
-    // have 0.7 % / sqrt(n) if pixels are independent; light that was binned and then gathered is not, which is why a tenth of
-    // a percent stands here.
+    // The references' relMSE of 5e-5, the mean of (x - r)^2 / (r^2 + 0.01), is 0.7 % of that root per pixel. Blocks of
+    // n pixels have 0.7 % / sqrt(n) if pixels are independent; light that was binned and then gathered is not, which is
+    // why a tenth of a percent stands here.
     let error = mean.iter().map(|x| 1e-3 * (x * x + 0.01).sqrt()).collect();
     Some((scene, Blocks { mean, error }))
 }

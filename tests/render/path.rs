@@ -31,8 +31,8 @@ struct Blocks {
     error: Vec<f64>,
 }
 
-/// Renders `passes` in blocks of `cell` x `cell` pixels. Errors come from the spread of the blocks' means over at most 64
-/// groups of passes: the pixels of a photon pass see the same photons.
+/// Renders `passes` in blocks of `cell` x `cell` pixels. Errors come from the spread of the blocks' means over at most
+/// 64 groups of passes: the pixels of a photon pass see the same photons.
 fn render(scene: &Scene, settings: &Settings, cell: usize, passes: std::ops::Range<u64>) -> Blocks {
     let runtime = runtime();
     let (width, height) = (settings.width as usize, settings.height as usize);
@@ -102,8 +102,8 @@ fn at_point(position: [f32; 3], forward: [f32; 3], up: [f32; 3]) -> Camera {
     Camera { position, projection: Projection::Orthographic { xmag: 1e-6, ymag: 1e-6 }, ..camera }
 }
 
-/// A closed box that emits inwards and reflects `albedo`, with a ball in its middle that fills the view. The box is flat: no
-/// direction is above one of two horizons and below the other.
+/// A closed box that emits inwards and reflects `albedo`, with a ball in its middle that fills the view. The box is
+/// flat: no direction is above one of two horizons and below the other.
 fn furnace(object: Option<Material>, albedo: f32, emissive: f32) -> Scene {
     let shell = Mesh::cuboid([-4.0; 3], [4.0; 3]).flipped();
     let wall = Material { emissive: [emissive; 3], ..Material::lambert([albedo; 3]) };
@@ -339,8 +339,8 @@ fn photons_plan_no_paths() {
     assert!(paths.contains("path_scatter") && !paths.contains("photon_") && !paths.contains("gather_"), "{paths}");
 }
 
-/// The box of `../shared/scenes`, whose reference was made by other means. Blocks of 8 x 8 of a smaller picture; a pixel
-/// of it is 4 x 4 of the reference.
+/// The box of `../shared/scenes`, whose reference was made by other means. Blocks of 8 x 8 of a smaller picture; a
+/// pixel of it is 4 x 4 of the reference.
 #[test]
 fn cornell_agrees_with_its_reference() {
     let Some(folder) = shared::path("scenes/cornell") else { return };

@@ -18,8 +18,8 @@ fn filtered(k: u32) -> Sampling {
     Sampling::Stochastic { k, scale: Scale::Unbiased, filter: true }
 }
 
-/// Light of a point by way of a mirror above it, so that photons bring it, as from (0, 1.5, 0), on `parts`; seen from above
-/// without perspective, two units in 32 pixels.
+/// Light of a point by way of a mirror above it, so that photons bring it, as from (0, 1.5, 0), on `parts`; seen from
+/// above without perspective, two units in 32 pixels.
 fn below_a_mirror(parts: Vec<(Mesh, Material)>, height: f32) -> Scene {
     let ceiling = Mesh::quad([-1.5, 1.0, -1.5], [3.0, 0.0, 0.0], [0.0, 0.0, 3.0]);
     let light = Light::Point { position: [0.0, 0.5, 0.0], intensity: [2.0; 3] };

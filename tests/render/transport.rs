@@ -78,8 +78,8 @@ fn normal_albedo(material: Material, passes: u64) -> f64 {
     mean(furnace(Some((ball(), material)), 0.0, 0.04), passes, 1024)
 }
 
-/// Part of the light at normal incidence that single scattering by GGX with F = 1 returns: D G2 / 4 over the hemisphere,
-/// by the midpoint rule (Walter et al. 2007, equations 33 and 34; Heitz 2014 for the height-correlated G2).
+/// Part of the light at normal incidence that single scattering by GGX with F = 1 returns: D G2 / 4 over the
+/// hemisphere, by the midpoint rule (Walter et al. 2007, equations 33 and 34; Heitz 2014 for the height-correlated G2).
 fn ggx_normal_albedo(alpha: f64) -> f64 {
     let steps = 20_000;
     let sum: f64 = (0..steps)

@@ -54,8 +54,8 @@ pub fn gathered(
     harness.content(&output).chunks(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// What an estimator, declared by `declare`, gathers at `hits` from `photons`. The hits are given to it at the pixels where `view` sees
-/// them, in as many frames as no pixel has two; each band is a graph of its own.
+/// What an estimator, declared by `declare`, gathers at `hits` from `photons`. The hits are given to it at the pixels
+/// where `view` sees them, in as many frames as no pixel has two; each band is a graph of its own.
 ///
 /// Two runs must give the same bits; graphs for the two kinds of device may add in another order.
 pub fn gathered_at(
@@ -157,7 +157,8 @@ pub fn difference(found: &[Light], expected: &[[[f64; 3]; 2]], tolerance: f64) -
     })
 }
 
-/// Photons of one radius or of many on the floor y = 0 of the unit square and on a wall beside it, with hits among them.
+/// Photons of one radius or of many on the floor y = 0 of the unit square and on a wall beside it, with hits among
+/// them.
 pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2]) -> (Vec<Disc>, Vec<EyeHit>) {
     use nephroid::kernels::gather::reference::lambert_hit;
     let mut random = Random(7);

@@ -63,7 +63,8 @@ impl Harness {
         Output { memory, len }
     }
 
-    /// Runs what `declare` declares twice for each kind of device, with poisoned outputs each time: always the same bits.
+    /// Runs what `declare` declares twice for each kind of device, with poisoned outputs each time: always the same
+    /// bits.
     pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) {
         let cpu = self.run_on(DeviceClass::Cpu, outputs, &declare);
         let gpu = self.run_on(DeviceClass::Gpu, outputs, &declare);

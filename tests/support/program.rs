@@ -9,7 +9,8 @@ use nephroid::picture::image::Picture;
 
 use super::{device, repository};
 
-/// The program, a temporary folder, and its turn: the first leaves its compiled kernels to the next, and the cores are few.
+/// The program, a temporary folder, and its turn: the first leaves its compiled kernels to the next, and the cores are
+/// few.
 pub struct Program {
     folder: tempfile::TempDir,
     _turn: MutexGuard<'static, ()>,

@@ -20,7 +20,8 @@ pub struct Frame {
 }
 
 impl View {
-    /// A camera at `position` that looks at `target`; the image is `half` high (half of it, at distance 1 or, orthographic, anywhere).
+    /// A camera at `position` that looks at `target`; the image is `half` high (half of it, at distance 1 or,
+    /// orthographic, anywhere).
     pub fn new(position: [f32; 3], target: [f32; 3], half: f32, size: [u32; 2]) -> Self {
         let unit = |v: [f32; 3]| v.map(|x| x / dot(v, v).sqrt());
         let forward = unit(std::array::from_fn(|k| target[k] - position[k]));
