@@ -45,14 +45,16 @@ fn blob(center: Vec3, wave: f32, rings: u32, segments: u32) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::World;
 
     #[test]
     fn as_many_triangles_as_said_and_above_the_floor() {
         let scene = blobs(128, 256);
-        assert_eq!(scene.geometry.triangles.len(), 4 * 2 * 256 * 127 + 4);
-        let bounds = scene.bounds().expect("triangles");
+        let world = World::of(&scene);
+        assert_eq!(world.triangles.len(), 4 * 2 * 256 * 127 + 4);
+        let bounds = world.bounds().expect("triangles");
         assert!(bounds.min[1] >= 0.0 && bounds.max[1] <= 7.0, "{bounds:?}");
-        assert!(scene.geometry.normals.iter().all(|n| (Vec3::from(*n).length() - 1.0).abs() < 1e-5));
+        assert!(world.normals.iter().all(|n| (Vec3::from(*n).length() - 1.0).abs() < 1e-5));
         assert!(scene.has_light());
     }
 }

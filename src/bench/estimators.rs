@@ -6,7 +6,7 @@ use super::scene::seconds_in;
 use crate::error::Result;
 use crate::graph::Runtime;
 use crate::render::{Estimator, EstimatorBytes, Footprint, Session, Settings};
-use crate::scene::Scene;
+use crate::scene::{Scene, World};
 use crate::vk::DeviceKind;
 
 /// What is compared, and how.
@@ -173,7 +173,7 @@ pub fn table(runtime: &Runtime, scene: &Scene, trial: &Trial, begin: &mut dyn Fn
         .zip(pairs.iter().cycle())
         .map(|(((estimator, lambert), outcome), &pairs)| Cell { estimator, lambert, outcome, pairs })
         .collect();
-    SceneTable { name, triangles: scene.geometry.triangles.len(), lambert_only, cells }
+    SceneTable { name, triangles: World::of(scene).triangles.len(), lambert_only, cells }
 }
 
 /// Pairs of one pass, if they are counted, and whether nothing but Lambert's law is gathered.

@@ -8,7 +8,7 @@ use crate::graph::{Buf, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{HostBvh, TriangleTag, pack_triangles};
 use crate::kernels::generated::{BvhNode, BvhTriangle, Ray, RayHit};
 use crate::kernels::trace::{self, MISS, Tree};
-use crate::scene::{Light, Projection, Scene};
+use crate::scene::{Light, Projection, Scene, World};
 
 /// A scene's tree on the device.
 struct Target<'a> {
@@ -22,12 +22,11 @@ struct Target<'a> {
 pub(super) fn rays(
     runtime: &Runtime,
     effort: Effort,
-    scene: &Scene,
+    (scene, world): (&Scene, &World),
     tree: &HostBvh,
     begin: &mut dyn FnMut(&str),
 ) -> Result<Vec<Rate>> {
-    let geometry = &scene.geometry;
-    let packed = pack_triangles(&geometry.positions, &geometry.triangles, &tree.order, |_| TriangleTag::default());
+    let packed = pack_triangles(&world.positions, &world.triangles, &tree.order, |_| TriangleTag::default());
     if packed.is_empty() {
         return Ok(vec![]);
     }
@@ -40,7 +39,7 @@ pub(super) fn rays(
     begin("primary rays");
     let primary = primary_rays(scene, effort.rays);
     let (mut rates, hits) = target.run("primary rays", &primary, trace::closest, hit)?;
-    let (shadow, diffuse) = secondary(scene, tree, &primary, &hits);
+    let (shadow, diffuse) = secondary((scene, world), tree, &primary, &hits);
     if shadow.is_empty() {
         return Ok(rates);
     }
@@ -109,8 +108,8 @@ fn even_bits(mut x: u32) -> u32 {
 }
 
 /// Shadow rays to one point of a light, and rays with a cosine distribution, from every hit.
-fn secondary(scene: &Scene, tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (Vec<Ray>, Vec<Ray>) {
-    let light = light_point(scene);
+fn secondary((scene, world): (&Scene, &World), tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (Vec<Ray>, Vec<Ray>) {
+    let light = light_point(scene, world);
     let mut state = 1u32;
     let mut random = || {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
@@ -119,7 +118,7 @@ fn secondary(scene: &Scene, tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (V
     };
     let (mut shadow, mut diffuse) = (Vec::new(), Vec::new());
     for (ray, hit) in rays.iter().zip(hits).filter(|(_, h)| hit(h)) {
-        let corners = corners(scene, tree.order[hit.triangle as usize]);
+        let corners = world.corners(tree.order[hit.triangle as usize]);
         let [a, b, c] = corners.map(Vec3::from);
         let [x, y, z, _] = ray.direction;
         let normal = (b - a).cross(c - a).normalize();
@@ -136,22 +135,18 @@ fn secondary(scene: &Scene, tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (V
     (shadow, diffuse)
 }
 
-fn corners(scene: &Scene, id: u32) -> [[f32; 3]; 3] {
-    scene.geometry.triangles[id as usize].map(|corner| scene.geometry.positions[corner as usize])
-}
-
 /// A point that light comes from: the first punctual light, else the middle of the first triangle that emits, else a
 /// place above the scene.
-fn light_point(scene: &Scene) -> Vec3 {
-    let (center, radius) = scene.bounds().map_or((Vec3::ZERO, 1.0), |b| (b.center().into(), b.radius()));
+fn light_point(scene: &Scene, world: &World) -> Vec3 {
+    let (center, radius) = world.bounds().map_or((Vec3::ZERO, 1.0), |b| (b.center().into(), b.radius()));
     match scene.lights.first() {
         Some(Light::Point { position, .. } | Light::Spot { position, .. }) => return (*position).into(),
         Some(Light::Directional { direction, .. }) => return center - Vec3::from(*direction) * (2.0 * radius),
         None => (),
     }
     let emits = |&material: &u32| scene.materials[material as usize].emissive != [0.0; 3];
-    match scene.geometry.material.iter().position(emits) {
-        Some(id) => corners(scene, id as u32).map(Vec3::from).into_iter().sum::<Vec3>() / 3.0,
+    match world.material.iter().position(emits) {
+        Some(id) => world.corners(id as u32).map(Vec3::from).into_iter().sum::<Vec3>() / 3.0,
         None => center + Vec3::new(0.3, 1.5, 0.4) * radius,
     }
 }
@@ -165,13 +160,12 @@ mod tests {
     #[test]
     fn secondary_rays_leave_the_surface_they_start_on() {
         let scene = blobs(8, 16);
-        let tree = build_sah(&scene.geometry.positions, &scene.geometry.triangles);
-        let packed = pack_triangles(&scene.geometry.positions, &scene.geometry.triangles, &tree.order, |_| {
-            TriangleTag::default()
-        });
+        let world = World::of(&scene);
+        let tree = build_sah(&world.positions, &world.triangles);
+        let packed = pack_triangles(&world.positions, &world.triangles, &tree.order, |_| TriangleTag::default());
         let primary = primary_rays(&scene, 32);
         let hits: Vec<RayHit> = primary.iter().map(|ray| trace::traverse(&tree.nodes, &packed, ray)).collect();
-        let (shadow, diffuse) = secondary(&scene, &tree, &primary, &hits);
+        let (shadow, diffuse) = secondary((&scene, &world), &tree, &primary, &hits);
         let count = hits.iter().filter(|h| hit(h)).count();
         assert!(count > 700 && shadow.len() == count && diffuse.len() == count, "{count} of 1024 hit");
         let found = |ray: &Ray| trace::traverse(&tree.nodes, &packed, ray);

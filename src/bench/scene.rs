@@ -10,7 +10,7 @@ use crate::kernels::bvh_host::{HostBvh, build_sah};
 use crate::kernels::generated::Aabb;
 use crate::kernels::{Items, lbvh};
 use crate::render::{Session, Settings};
-use crate::scene::Scene;
+use crate::scene::{Scene, World};
 
 /// Bytes per box of a tree built on the device, its sort included.
 const BUILD_BYTES: f64 = 340.0;
@@ -42,11 +42,12 @@ pub fn scene(
     begin: &mut dyn FnMut(&str),
 ) -> Result<SceneReport> {
     let runtime = open()?;
+    let world = World::of(scene);
     begin("tree on the host");
-    let (tree, host) = build_on_host(scene, effort);
+    let (tree, host) = build_on_host(&world, effort);
     begin("tree on the device");
-    let mut rates = vec![host, build_on_device(&runtime, scene, effort)?];
-    rates.extend(rays(&runtime, effort, scene, &tree, begin)?);
+    let mut rates = vec![host, build_on_device(&runtime, &world, effort)?];
+    rates.extend(rays(&runtime, effort, (scene, &world), &tree, begin)?);
     drop((tree, runtime));
     let runtime = open()?;
     rates.extend(photons(&runtime, scene, effort, begin)?);
@@ -54,31 +55,29 @@ pub fn scene(
     begin("pairs");
     rates.extend(pairs(&runtime, scene, effort)?);
     let name = scene.path.display().to_string();
-    Ok(SceneReport { name, triangles: scene.geometry.triangles.len(), rates, peak_bytes })
+    Ok(SceneReport { name, triangles: world.triangles.len(), rates, peak_bytes })
 }
 
-fn build_on_host(scene: &Scene, effort: Effort) -> (HostBvh, Rate) {
-    let geometry = &scene.geometry;
+fn build_on_host(world: &World, effort: Effort) -> (HostBvh, Rate) {
     let mut tree = HostBvh::default();
     let runs = (0..effort.repeats.clamp(1, 3)).map(|_| {
         let begin = Instant::now();
-        tree = build_sah(&geometry.positions, &geometry.triangles);
+        tree = build_sah(&world.positions, &world.triangles);
         begin.elapsed().as_secs_f64()
     });
     let seconds = median(runs.collect());
     let note = format!("all threads of the CPU, depth {}", tree.depth);
-    let items = geometry.triangles.len() as u64;
+    let items = world.triangles.len() as u64;
     let rate = Rate { name: "SAH tree, host", items, unit: "triangles", seconds, floor: Floor::Unknown, note };
     (tree, rate)
 }
 
-fn build_on_device(runtime: &Runtime, scene: &Scene, effort: Effort) -> Result<Rate> {
-    let geometry = &scene.geometry;
-    let boxes: Vec<Aabb> = geometry
+fn build_on_device(runtime: &Runtime, world: &World, effort: Effort) -> Result<Rate> {
+    let boxes: Vec<Aabb> = world
         .triangles
         .iter()
         .map(|corners| {
-            let points = corners.map(|corner| geometry.positions[corner as usize]);
+            let points = corners.map(|corner| world.positions[corner as usize]);
             let extreme = |pick: fn(f32, f32) -> f32| {
                 std::array::from_fn(|k| points[1..].iter().fold(points[0][k], |x, p| pick(x, p[k])))
             };

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Camera, Environment, Scene};
+use super::{Camera, Environment, Material, Scene, World};
 
 /// Axis-aligned bounds in scene units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +14,15 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Bounds of points, `None` if there are none.
+    pub fn around(mut points: impl Iterator<Item = [f32; 3]>) -> Option<Self> {
+        let first = points.next()?;
+        Some(points.fold(Self { min: first, max: first }, |b, p| Self {
+            min: std::array::from_fn(|k| b.min[k].min(p[k])),
+            max: std::array::from_fn(|k| b.max[k].max(p[k])),
+        }))
+    }
+
     /// The middle of the box.
     pub fn center(&self) -> [f32; 3] {
         // Halved before adding: the sum of two large coordinates may overflow.
@@ -33,24 +42,29 @@ const FRAMING_FOV: f32 = 0.7;
 const FRAMING_VIEW: Vec3 = Vec3::new(0.6, 0.45, 1.0);
 
 impl Scene {
-    /// Bounds of all triangles, `None` if there are none.
+    /// Bounds of all visible triangles, `None` if there are none. Flattens the scene: who has its [`World`] asks that.
     pub fn bounds(&self) -> Option<Bounds> {
-        let mut corners = self.geometry.triangles.iter().flatten().map(|&i| self.geometry.positions[i as usize]);
-        let first = corners.next()?;
-        let start = Bounds { min: first, max: first };
-        Some(corners.fold(start, |b, p| Bounds {
-            min: std::array::from_fn(|k| b.min[k].min(p[k])),
-            max: std::array::from_fn(|k| b.max[k].max(p[k])),
-        }))
+        World::of(self).bounds()
+    }
+
+    /// For each material whether a triangle of a visible instance has it.
+    pub fn used_materials(&self) -> Vec<bool> {
+        let mut used = vec![false; self.materials.len()];
+        let visible = self.instances.iter().filter(|instance| instance.visible);
+        for mesh in visible.map(|instance| &self.meshes[instance.mesh.index()]).filter(|m| !m.triangles.is_empty()) {
+            used[mesh.material.index()] = true;
+        }
+        used
     }
 
     /// True if anything emits: a punctual light, an environment that is not black, or a triangle whose material does.
     pub fn has_light(&self) -> bool {
-        let emits = |m: &u32| self.materials[*m as usize].emissive != [0.0; 3];
+        let used = self.used_materials();
+        let emits = |(m, used): (&Material, bool)| used && m.emissive != [0.0; 3];
         let shines = |e: &Environment| e.radiance.iter().any(|t| *t != [0.0; 3]);
         !self.lights.is_empty()
             || self.environment.as_ref().is_some_and(shines)
-            || self.geometry.material.iter().any(emits)
+            || self.materials.iter().zip(used).any(emits)
     }
 
     /// Gives a scene without any light the default sky, with a warning. An environment that was chosen stays, even
@@ -85,8 +99,8 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Light;
     use crate::scene::shapes::Mesh;
-    use crate::scene::{Light, Material};
 
     fn boxed(scale: f32) -> Scene {
         let mut scene = Scene::default();
@@ -101,7 +115,7 @@ mod tests {
             let scene = boxed(scale);
             let camera = scene.framing_camera();
             let tan = (0.5 * FRAMING_FOV).tan();
-            for p in &scene.geometry.positions {
+            for p in &World::of(&scene).positions {
                 let d = Vec3::from(*p) - Vec3::from(camera.position);
                 let depth = d.dot(camera.forward.into());
                 assert!(depth > 0.0);

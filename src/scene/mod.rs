@@ -4,28 +4,44 @@
 //! glTF are read as radiometric RGB without the factor 683: emission is the radiance of a Lambertian emitter on
 //! its front side [W/(sr m^2)], the intensity of a point or spot light is radiant intensity [W/sr], that of a
 //! directional light the irradiance of a plane that faces it [W/m^2].
+//!
+//! A scene is made of lists, and an id such as [`MeshId`] is a position in one of them. [`World`] is what a renderer
+//! traces: the triangles of all visible instances in world space.
 
+mod build;
 pub mod environment;
+mod flatten;
 pub mod frame;
+mod ids;
 pub mod load;
+mod mesh;
 pub mod needs;
 pub mod shapes;
 pub mod summary;
+mod transform;
+mod validate;
+mod world;
 
 use std::path::PathBuf;
 
+pub use ids::{CameraId, InstanceId, LightId, MaterialId, MeshId};
 pub use load::{Limits, load, load_with_environment};
+pub use mesh::{Instance, Mesh};
 pub use needs::Needs;
 pub use summary::Summary;
+pub use transform::Transform;
+pub use world::{Part, World};
 
-/// A loaded scene: every instance flattened into world space.
+/// A scene, from a file or built by hand ([`Scene::add_mesh`] and its siblings).
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
-    /// The file it came from.
+    /// The file it came from; empty if it was built by hand.
     pub path: PathBuf,
-    /// World-space triangles.
-    pub geometry: Geometry,
-    /// Materials, indexed by [`Geometry::material`]. Never empty once loaded.
+    /// Surfaces, each in a space of its own.
+    pub meshes: Vec<Mesh>,
+    /// Meshes in the world. Their order is that of the triangles in [`World`].
+    pub instances: Vec<Instance>,
+    /// Materials, indexed by [`Mesh::material`]. Never empty once loaded.
     pub materials: Vec<Material>,
     /// Decoded images, indexed by [`TextureRef::texture`] through [`Scene::textures`].
     pub images: Vec<Image>,
@@ -41,25 +57,6 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Counts of input that had to be left out.
     pub skipped: Skipped,
-}
-
-/// Triangles with their vertex attributes, in world space.
-#[derive(Debug, Clone, Default)]
-pub struct Geometry {
-    /// Vertex positions.
-    pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, one per vertex.
-    pub normals: Vec<[f32; 3]>,
-    /// Tangents with handedness in w, one per vertex; empty when no material has a normal texture.
-    pub tangents: Vec<[f32; 4]>,
-    /// Texture coordinate sets 0 and 1, one per vertex; empty when no texture uses the set.
-    pub uvs: [Vec<[f32; 2]>; 2],
-    /// Linear vertex colours (RGBA); empty when no mesh has them.
-    pub colors: Vec<[f32; 4]>,
-    /// Vertex indices; counter-clockwise seen from the front (mirrored instances are already turned).
-    pub triangles: Vec<[u32; 3]>,
-    /// Material index of each triangle.
-    pub material: Vec<u32>,
 }
 
 /// glTF 2.0 metallic-roughness material with the extensions nephroid supports. Factors multiply textures.
@@ -286,4 +283,13 @@ pub struct Skipped {
     pub non_finite_triangles: u64,
     /// Points, lines and other primitives that have no area.
     pub non_triangle_primitives: u64,
+}
+
+impl Skipped {
+    /// Adds the counts of another part of the scene.
+    fn add(&mut self, other: Self) {
+        self.degenerate_triangles += other.degenerate_triangles;
+        self.non_finite_triangles += other.non_finite_triangles;
+        self.non_triangle_primitives += other.non_triangle_primitives;
+    }
 }

@@ -66,15 +66,12 @@ pub struct Needs {
 impl Needs {
     /// Looks at every material that a triangle uses, at the lights and at the environment.
     pub fn of(scene: &Scene) -> Self {
-        let mut used = vec![false; scene.materials.len()];
-        for &material in &scene.geometry.material {
-            used[material as usize] = true;
-        }
+        let used = scene.used_materials();
         let mut needs = Self::default();
         for (material, _) in scene.materials.iter().zip(&used).filter(|(_, used)| **used) {
             needs.add_material(material);
         }
-        needs.vertex_colors = !scene.geometry.colors.is_empty();
+        needs.vertex_colors = scene.meshes.iter().any(|mesh| !mesh.colors.is_empty());
         for light in &scene.lights {
             match light {
                 Light::Point { .. } => needs.point_lights = true,

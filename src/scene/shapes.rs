@@ -1,25 +1,13 @@
 //! Scenes built in memory: simple shapes, materials by name, and a camera that looks at a point.
 //!
-//! For tests with an analytic answer and for generators. Every shape is wound counter-clockwise seen from the side
+//! For tests with an analytic answer, for generators and for embedders. Every shape is wound counter-clockwise seen from the side
 //! its normals point to; [`Mesh::flipped`] turns it inside out.
 
 use std::f32::consts::{PI, TAU};
 
-use super::{Camera, Light, Material, Projection, Scene};
+pub use super::Mesh;
+use super::{Camera, Material, Projection};
 use glam::Vec3;
-
-/// A triangle mesh in world space, not yet part of a scene.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Mesh {
-    /// Vertex positions in scene units.
-    pub positions: Vec<[f32; 3]>,
-    /// Unit normals, one per vertex.
-    pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates, one per vertex.
-    pub uvs: Vec<[f32; 2]>,
-    /// Vertex indices, counter-clockwise seen from the front.
-    pub triangles: Vec<[u32; 3]>,
-}
 
 impl Mesh {
     /// A parallelogram from `corner` along `edge_u` and `edge_v`; its front faces `edge_u x edge_v`.
@@ -111,7 +99,7 @@ impl Mesh {
         let first = self.positions.len() as u32;
         self.positions.extend_from_slice(&other.positions);
         self.normals.extend_from_slice(&other.normals);
-        self.uvs.extend_from_slice(&other.uvs);
+        self.uvs[0].extend_from_slice(&other.uvs[0]);
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| first + i)));
     }
 
@@ -139,7 +127,7 @@ impl Mesh {
     fn push(&mut self, position: Vec3, normal: Vec3, uv: [f32; 2]) {
         self.positions.push(position.into());
         self.normals.push(normal.into());
-        self.uvs.push(uv);
+        self.uvs[0].push(uv);
     }
 }
 
@@ -208,49 +196,6 @@ impl Camera {
     }
 }
 
-impl Scene {
-    /// A scene of meshes with their materials, lights and one camera.
-    pub fn from_parts(parts: Vec<(Mesh, Material)>, lights: Vec<Light>, camera: Camera) -> Self {
-        let mut scene = Self { lights, cameras: vec![camera], ..Self::default() };
-        for (mesh, material) in parts {
-            scene.add(&mesh, material);
-        }
-        scene
-    }
-
-    /// Adds a mesh; returns the index of its material, which is shared with an equal one already there.
-    pub fn add(&mut self, mesh: &Mesh, material: Material) -> u32 {
-        let uses_uvs = material.texture_refs().next().is_some();
-        let index = self.materials.iter().position(|m| *m == material).unwrap_or_else(|| {
-            self.materials.push(material);
-            self.materials.len() - 1
-        }) as u32;
-        let geometry = &mut self.geometry;
-        let first = geometry.positions.len();
-        geometry.positions.extend_from_slice(&mesh.positions);
-        geometry.normals.extend_from_slice(&mesh.normals);
-        let count = geometry.positions.len();
-        if uses_uvs || !geometry.uvs[0].is_empty() {
-            geometry.uvs[0].resize(first, [0.0; 2]);
-            geometry.uvs[0].extend_from_slice(&mesh.uvs);
-            geometry.uvs[0].resize(count, [0.0; 2]);
-        }
-        pad(&mut geometry.uvs[1], count, [0.0; 2]);
-        pad(&mut geometry.colors, count, [1.0; 4]);
-        pad(&mut geometry.tangents, count, [1.0, 0.0, 0.0, 1.0]);
-        geometry.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| first as u32 + i)));
-        geometry.material.resize(geometry.triangles.len(), index);
-        index
-    }
-}
-
-/// Attributes that the scene has at all have one entry per vertex.
-fn pad<T: Clone>(values: &mut Vec<T>, count: usize, neutral: T) {
-    if !values.is_empty() {
-        values.resize(count, neutral);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -280,7 +225,7 @@ mod tests {
             for mesh in [mesh.clone(), mesh.flipped()] {
                 assert!(faces(&mesh).all(|(cross, normal, _)| cross.dot(normal) > 0.0));
                 assert!(mesh.normals.iter().all(|n| (Vec3::from(*n).length() - 1.0).abs() < 1e-6));
-                assert_eq!(mesh.uvs.len(), mesh.positions.len());
+                assert_eq!(mesh.uvs[0].len(), mesh.positions.len());
             }
         }
     }
@@ -316,30 +261,5 @@ mod tests {
             }
         }
         assert!(edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1)));
-    }
-
-    #[test]
-    fn scenes_share_materials_and_keep_attributes_aligned() {
-        let quad = Mesh::quad([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        let textured = Material {
-            base_color_texture: Some(crate::scene::TextureRef {
-                texture: 0,
-                uv_set: 0,
-                transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            }),
-            ..Material::default()
-        };
-        let parts =
-            vec![(quad.clone(), Material::mirror()), (quad.clone(), textured), (quad.clone(), Material::mirror())];
-        let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], [0.0, 1.0, 0.0], 0.7);
-        let scene = Scene::from_parts(parts, Vec::new(), camera);
-        assert_eq!(scene.materials.len(), 2);
-        assert_eq!(scene.geometry.material, [0, 0, 1, 1, 0, 0]);
-        assert_eq!(scene.geometry.uvs[0].len(), 12);
-        assert_eq!(scene.geometry.uvs[0][3], [0.0, 0.0]);
-        assert_eq!(scene.geometry.uvs[0][7], [1.0, 1.0]);
-        assert_eq!(scene.geometry.triangles[5], [8, 11, 10]);
-        assert_eq!(scene.cameras[0].right, [1.0, 0.0, 0.0]);
-        assert_eq!(scene.cameras[0].up, [0.0, 1.0, 0.0]);
     }
 }

@@ -3,11 +3,15 @@
 use std::fmt;
 use std::mem::size_of_val;
 
-use super::{Light, Scene};
+use super::{Light, Scene, World};
 
 /// How much of what a scene holds, and its bytes on the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
+    /// Meshes, which instances share.
+    pub meshes: u64,
+    /// Instances of meshes.
+    pub instances: u64,
     /// Triangles after instancing.
     pub triangles: u64,
     /// Vertices after instancing.
@@ -26,7 +30,7 @@ pub struct Summary {
     pub cameras: u64,
     /// Width and height of the environment map.
     pub environment: Option<[u32; 2]>,
-    /// Bytes of vertex attributes, indices and material indices.
+    /// Bytes of vertex attributes, indices and material indices, after instancing.
     pub geometry_bytes: u64,
     /// Bytes of decoded images.
     pub image_bytes: u64,
@@ -37,7 +41,7 @@ pub struct Summary {
 impl Summary {
     /// Counts a scene.
     pub fn of(scene: &Scene) -> Self {
-        let g = &scene.geometry;
+        let g = &World::of(scene);
         let emits = |m: &&u32| scene.materials[**m as usize].emissive != [0.0; 3];
         let lights = |kind: fn(&&Light) -> bool| scene.lights.iter().filter(kind).count() as u64;
         let geometry_bytes = [
@@ -51,6 +55,8 @@ impl Summary {
             size_of_val(g.material.as_slice()),
         ];
         Self {
+            meshes: scene.meshes.len() as u64,
+            instances: scene.instances.len() as u64,
             triangles: g.triangles.len() as u64,
             vertices: g.positions.len() as u64,
             emissive_triangles: g.material.iter().filter(emits).count() as u64,

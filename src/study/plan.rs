@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::graph::Runtime;
 use crate::render::Settings;
 use crate::render::names::choose_camera;
-use crate::scene::{self, Limits, Scene};
+use crate::scene::{self, Limits, Scene, World};
 
 /// A scene, ready to be rendered.
 pub struct LoadedScene {
@@ -268,7 +268,7 @@ pub fn references(output: &Path) -> PathBuf {
 
 /// A number for what a scene looks like; the names of its files do not count.
 fn scene_key(scene: &Scene) -> String {
-    let g = &scene.geometry;
+    let g = &World::of(scene);
     let mut key = Fingerprint::default();
     let floats: [&[u8]; 6] = [
         bytemuck::cast_slice(&g.positions),

@@ -10,8 +10,8 @@ fn triangle(corners: [[f32; 3]; 3]) -> Mesh {
     Mesh {
         positions: corners.to_vec(),
         normals: vec![[0.0, 1.0, 0.0]; 3],
-        uvs: vec![[0.0; 2]; 3],
         triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
     }
 }
 

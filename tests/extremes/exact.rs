@@ -17,7 +17,7 @@ fn in_other_units(scene: &Scene, k: i32) -> Scene {
     let unit = 2f32.powi(k);
     let far = |p: &mut [f32; 3]| *p = p.map(|x| x * unit);
     let mut scaled = scene.clone();
-    scaled.geometry.positions.iter_mut().for_each(far);
+    scaled.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(far);
     for light in &mut scaled.lights {
         match light {
             Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {

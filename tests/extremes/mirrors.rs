@@ -23,7 +23,7 @@ fn cup(angles: [f64; 2], heights: [f64; 2], camera: Camera) -> Scene {
         for y in heights {
             mirror.positions.push([cosine as f32, y as f32, sine as f32]);
             mirror.normals.push([-cosine as f32, 0.0, -sine as f32]);
-            mirror.uvs.push([0.0; 2]);
+            mirror.uvs[0].push([0.0; 2]);
         }
         if i > 0 {
             let a = 2 * i as u32;

@@ -138,7 +138,7 @@ fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
             let first = mesh.positions.len() as u32;
             mesh.positions.extend(&quad.positions);
             mesh.normals.extend(&quad.normals);
-            mesh.uvs.extend(&quad.uvs);
+            mesh.uvs[0].extend(&quad.uvs[0]);
             mesh.triangles.extend(quad.triangles.iter().map(|t| t.map(|corner| corner + first)));
         }
     }
@@ -247,7 +247,7 @@ fn ring(floor: f32) -> Scene {
         for y in [0.0, height] {
             mirror.positions.push([cosine as f32, y, sine as f32]);
             mirror.normals.push([-cosine as f32, 0.0, -sine as f32]);
-            mirror.uvs.push([0.0; 2]);
+            mirror.uvs[0].push([0.0; 2]);
         }
         if i > 0 {
             let a = 2 * i as u32;

@@ -283,7 +283,7 @@ fn half_of_a_lamp_is_half_of_a_lamp() {
 fn scale_changes_no_bit() {
     let render = |scale: f32| {
         let mut scene = furnace(Some((ball(), Material::glass(1.5))), 0.5, 1.2);
-        scene.geometry.positions.iter_mut().for_each(|p| *p = p.map(|x| x * scale));
+        scene.meshes.iter_mut().flat_map(|m| &mut m.positions).for_each(|p| *p = p.map(|x| x * scale));
         scene.cameras[0].position = scene.cameras[0].position.map(|x| x * scale);
         let runtime = runtime();
         let settings = Settings { photons: Some(4096), ..small() };

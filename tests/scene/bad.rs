@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::LazyLock;
 
-use nephroid::scene::{Environment, Limits, load};
+use nephroid::scene::{Environment, Limits, World, load};
 use proptest::prelude::{ProptestConfig, any, prop};
 use serde_json::{Value, json};
 
@@ -34,7 +34,7 @@ fn changed(pointer: &str, value: Value) -> Vec<u8> {
 #[test]
 fn the_file_that_the_cases_break_is_valid() {
     let scene = load_glb(&triangle(), &triangle_bin()).unwrap();
-    assert_eq!(scene.geometry.triangles, [[0, 1, 2]]);
+    assert_eq!(World::of(&scene).triangles, [[0, 1, 2]]);
 }
 
 #[test]
@@ -358,7 +358,7 @@ fn damage_that_can_be_read_around_is_a_warning_and_strict_makes_it_an_error() {
         let files = Files::new();
         let path = files.write("scene.glb", &glb(&json, &bin));
         let scene = load(&path, &Limits::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
-        assert!(scene.geometry.positions.iter().flatten().all(|x| x.is_finite()), "{name}");
+        assert!(World::of(&scene).positions.iter().flatten().all(|x| x.is_finite()), "{name}");
         // Two more are about the missing light and camera.
         assert_eq!(scene.warnings.len(), 3, "{name}: {:?}", scene.warnings);
         let strict = load(&path, &Limits { strict: true, ..Limits::default() }).expect_err(name);
@@ -378,7 +378,7 @@ fn skipped_triangles_are_counted() {
     set(&mut json, "/accessors/1/count", json!(12));
     set(&mut json, "/meshes/0/primitives/-", json!({"attributes": {"POSITION": 0}, "mode": 0}));
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.triangles.len(), 1);
+    assert_eq!(World::of(&scene).triangles.len(), 1);
     let skipped = scene.skipped;
     assert_eq!((skipped.degenerate_triangles, skipped.non_finite_triangles), (2, 1));
     assert_eq!(skipped.non_triangle_primitives, 1);
@@ -414,16 +414,18 @@ fn rich() -> Vec<u8> {
 #[test]
 fn the_rich_file_is_valid() {
     let scene = Files::new().load("scene.glb", &rich()).unwrap();
-    assert_eq!((scene.geometry.triangles.len(), scene.lights.len(), scene.cameras.len()), (4, 1, 1));
+    assert_eq!((World::of(&scene).triangles.len(), scene.lights.len(), scene.cameras.len()), (4, 1, 1));
 }
 
 /// Loads mutated bytes; only the absence of panics and of invalid scenes is asserted.
 fn survives(bytes: &[u8]) {
     if let Ok(scene) = Files::new().load("scene.glb", bytes) {
-        let count = scene.geometry.positions.len();
-        assert_eq!(scene.geometry.normals.len(), count);
-        assert!(scene.geometry.triangles.iter().flatten().all(|&i| (i as usize) < count));
-        assert!(scene.geometry.positions.iter().chain(&scene.geometry.normals).flatten().all(|x| x.is_finite()));
+        scene.validate_references().expect("a loaded scene is whole");
+        let world = World::of(&scene);
+        let count = world.positions.len();
+        assert_eq!(world.normals.len(), count);
+        assert!(world.triangles.iter().flatten().all(|&i| (i as usize) < count));
+        assert!(world.positions.iter().chain(&world.normals).flatten().all(|x| x.is_finite()));
     }
 }
 

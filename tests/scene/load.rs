@@ -1,6 +1,6 @@
 //! What is read from small glTF files: placement, attributes, materials, lights and cameras.
 
-use nephroid::scene::{Light, Limits, Needs, Projection, Scene, Wrap, load_with_environment};
+use nephroid::scene::{Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment};
 use serde_json::{Value, json};
 
 use crate::support::files::{self, Files, floats, load_glb, set, triangle, triangle_bin, with};
@@ -15,7 +15,7 @@ fn close(a: &[f32], b: &[f32]) -> bool {
 
 /// The geometric normal of the first triangle.
 fn front(scene: &Scene) -> [f32; 3] {
-    let [a, b, c] = scene.geometry.triangles[0].map(|i| scene.geometry.positions[i as usize]);
+    let [a, b, c] = World::of(scene).corners(0);
     let (u, v): ([f32; 3], [f32; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     let length = cross.iter().map(|x| x * x).sum::<f32>().sqrt();
@@ -36,10 +36,11 @@ fn with_attribute(name: &str, kind: &str, values: &[f32]) -> (Value, Vec<u8>) {
 #[test]
 fn flat_normals_and_additions() {
     let scene = loaded(&triangle());
-    assert_eq!(scene.geometry.normals, [[0.0, 0.0, 1.0]; 3]);
+    assert_eq!(World::of(&scene).normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
     assert!(scene.environment.is_some() && scene.cameras.len() == 1);
-    assert!(scene.geometry.uvs[0].is_empty() && scene.geometry.tangents.is_empty() && scene.geometry.colors.is_empty());
+    let world = World::of(&scene);
+    assert!(world.uvs[0].is_empty() && world.tangents.is_empty() && world.colors.is_empty());
 }
 
 #[test]
@@ -51,25 +52,25 @@ fn transforms_chain_from_the_root() {
     ]);
     let scene = loaded(&with("/nodes", nodes));
     // Scaled, then a quarter turn about Z, then moved.
-    assert!(close(&scene.geometry.positions[1], &[10.0, 2.0, 0.0]));
-    assert!(close(&scene.geometry.positions[2], &[7.0, 0.0, 0.0]));
+    assert!(close(&World::of(&scene).positions[1], &[10.0, 2.0, 0.0]));
+    assert!(close(&World::of(&scene).positions[2], &[7.0, 0.0, 0.0]));
     // Columns of a matrix: X to Y, Y to Z, Z to X.
     let matrix = json!([0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 5, 6, 7, 1]);
     let scene = loaded(&with("/nodes/0/matrix", matrix));
-    assert_eq!(scene.geometry.positions, [[5.0, 6.0, 7.0], [5.0, 7.0, 7.0], [5.0, 6.0, 8.0]]);
+    assert_eq!(World::of(&scene).positions, [[5.0, 6.0, 7.0], [5.0, 7.0, 7.0], [5.0, 6.0, 8.0]]);
 }
 
 #[test]
 fn mirrored_instances_turn_the_winding() {
     let scene = loaded(&with("/nodes/0/scale", json!([-1, 1, 1])));
     assert!(close(&front(&scene), &[0.0, 0.0, 1.0]));
-    assert!(close(&scene.geometry.normals[0], &[0.0, 0.0, 1.0]));
+    assert!(close(&World::of(&scene).normals[0], &[0.0, 0.0, 1.0]));
     let scene = loaded(&with("/nodes/0/scale", json!([1, 1, -1])));
     assert!(close(&front(&scene), &[0.0, 0.0, -1.0]));
     let (mut json, bin) = with_attribute("NORMAL", "VEC3", &[0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0]);
     set(&mut json, "/nodes/0/scale", json!([-2, -3, -4]));
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.normals, [[0.0, 0.0, -1.0]; 3]);
+    assert_eq!(World::of(&scene).normals, [[0.0, 0.0, -1.0]; 3]);
     assert!(close(&front(&scene), &[0.0, 0.0, -1.0]));
 }
 
@@ -79,14 +80,14 @@ fn normals_take_the_inverse_transpose() {
     set(&mut json, "/nodes/0/scale", json!([2, 1, 1]));
     let scene = load_glb(&json, &bin).unwrap();
     let length = 1.25f32.sqrt();
-    assert!(close(&scene.geometry.normals[0], &[0.5 / length, 1.0 / length, 0.0]));
+    assert!(close(&World::of(&scene).normals[0], &[0.5 / length, 1.0 / length, 0.0]));
 }
 
 #[test]
 fn normals_without_direction_are_replaced() {
     let (json, bin) = with_attribute("NORMAL", "VEC3", &[0.0; 9]);
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.normals, [[0.0, 0.0, 1.0]; 3]);
+    assert_eq!(World::of(&scene).normals, [[0.0, 0.0, 1.0]; 3]);
     assert!(scene.warnings[0].contains("normals"), "{:?}", scene.warnings);
 }
 
@@ -95,24 +96,24 @@ fn the_default_scene_is_chosen_and_without_scenes_every_root() {
     let mut json = with("/nodes", json!([{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}]));
     set(&mut json, "/scenes", json!([{"nodes": [0]}, {"nodes": [1]}, {}]));
     set(&mut json, "/scene", json!(1));
-    assert_eq!(loaded(&json).geometry.positions[0], [5.0, 0.0, 0.0]);
+    assert_eq!(World::of(&loaded(&json)).positions[0], [5.0, 0.0, 0.0]);
     set(&mut json, "/scene", json!(2));
-    assert!(loaded(&json).geometry.triangles.is_empty());
+    assert!(World::of(&loaded(&json)).triangles.is_empty());
     let members = json.as_object_mut().unwrap();
     members.remove("scene");
     members.remove("scenes");
-    assert_eq!(loaded(&json).geometry.triangles.len(), 2);
+    assert_eq!(World::of(&loaded(&json)).triangles.len(), 2);
 }
 
 #[test]
 fn vertex_colors_and_coordinates() {
     let (json, bin) = with_attribute("COLOR_0", "VEC3", &[0.25, 0.5, 2.0].repeat(3));
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.colors, [[0.25, 0.5, 1.0, 1.0]; 3]);
+    assert_eq!(World::of(&scene).colors, [[0.25, 0.5, 1.0, 1.0]; 3]);
     assert!(Needs::of(&scene).vertex_colors && scene.warnings[0].contains("clamped"));
     // Coordinates that no texture uses are not kept.
     let (json, bin) = with_attribute("TEXCOORD_0", "VEC2", &[0.0; 6]);
-    assert!(load_glb(&json, &bin).unwrap().geometry.uvs[0].is_empty());
+    assert!(World::of(&load_glb(&json, &bin).unwrap()).uvs[0].is_empty());
 }
 
 #[test]
@@ -127,7 +128,7 @@ fn quantized_attributes_need_their_extension() {
     assert!(load_glb(&json, &bin).unwrap_err().to_string().contains("cannot be read as Position"));
     set(&mut json, "/extensionsRequired", json!(["KHR_mesh_quantization"]));
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0]]);
+    assert_eq!(World::of(&scene).positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0]]);
 }
 
 #[test]
@@ -141,21 +142,21 @@ fn sparse_values_replace() {
     let sparse = json!({"count": 1, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3}});
     set(&mut json, "/accessors/0/sparse", sparse);
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 7.0, 0.0]]);
+    assert_eq!(World::of(&scene).positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 7.0, 0.0]]);
 }
 
 #[test]
 fn instancing_morphs_and_skins() {
     let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
     let scene = loaded(&with("/nodes/0/extensions", instanced));
-    assert_eq!(scene.geometry.triangles.len(), 3);
-    assert_eq!(scene.geometry.positions[3..6], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
+    assert_eq!(World::of(&scene).triangles.len(), 3);
+    assert_eq!(World::of(&scene).positions[3..6], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
 
     let mut json = with("/meshes/0/primitives/0/targets", json!([{"POSITION": 0}]));
     set(&mut json, "/meshes/0/weights", json!([0.5]));
-    assert_eq!(loaded(&json).geometry.positions[1], [1.5, 0.0, 0.0]);
+    assert_eq!(World::of(&loaded(&json)).positions[1], [1.5, 0.0, 0.0]);
     set(&mut json, "/nodes/0/weights", json!([1.0]));
-    assert_eq!(loaded(&json).geometry.positions[1], [2.0, 0.0, 0.0]);
+    assert_eq!(World::of(&loaded(&json)).positions[1], [2.0, 0.0, 0.0]);
 
     // Half bound to either joint; the node's own transform does not count.
     let mut bin = triangle_bin();
@@ -175,7 +176,7 @@ fn instancing_morphs_and_skins() {
     set(&mut json, "/nodes", nodes);
     set(&mut json, "/scenes/0/nodes", json!([0, 1, 2]));
     let scene = load_glb(&json, &bin).unwrap();
-    assert_eq!(scene.geometry.positions, [[0.0, 1.0, 2.0], [1.0, 1.0, 2.0], [0.0, 2.0, 2.0]]);
+    assert_eq!(World::of(&scene).positions, [[0.0, 1.0, 2.0], [1.0, 1.0, 2.0], [0.0, 2.0, 2.0]]);
 }
 
 #[test]
@@ -187,7 +188,7 @@ fn only_materials_in_use_are_kept() {
     assert_eq!(scene.materials.len(), 2);
     assert_eq!((scene.materials[0].name.as_str(), scene.materials[0].metallic), ("", 1.0));
     assert!(scene.materials[1].name == "b" && scene.materials[1].double_sided);
-    assert_eq!(scene.geometry.material, [1, 0]);
+    assert_eq!(World::of(&scene).material, [1, 0]);
 }
 
 #[test]
@@ -244,9 +245,9 @@ fn textures_samplers_and_tangents() {
     let texture = scene.textures[normal.texture as usize];
     assert_eq!((texture.wrap, texture.linear), ([Wrap::Clamp, Wrap::Mirror], false));
     assert!(scene.textures[base.texture as usize].linear);
-    assert!(scene.geometry.uvs[0].is_empty() && scene.geometry.uvs[1].len() == 3);
+    assert!(World::of(&scene).uvs[0].is_empty() && World::of(&scene).uvs[1].len() == 3);
     // u grows along +Y and v along +X: with v pointing down the image this chart is not mirrored.
-    assert_eq!(scene.geometry.tangents, [[0.0, 1.0, 0.0, 1.0]; 3]);
+    assert_eq!(World::of(&scene).tangents, [[0.0, 1.0, 0.0, 1.0]; 3]);
     let needs = Needs::of(&scene);
     assert!(needs.normal_maps && needs.textures && needs.uv_sets == [false, true]);
 }

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use nephroid::scene::{Environment, Limits, Scene, load, load_with_environment};
+use nephroid::scene::{Environment, Limits, Scene, World, load, load_with_environment};
 
 use crate::support::shared;
 
@@ -21,23 +21,27 @@ fn is_scene(path: &Path) -> bool {
 
 /// What every loaded scene promises to the renderer.
 fn check(scene: &Scene, path: &Path) {
+    scene.validate().unwrap_or_else(|fault| panic!("{fault}"));
+    check_world(scene, &World::of(scene), path);
+}
+
+fn check_world(scene: &Scene, world: &World, path: &Path) {
     let at = path.display();
-    let geometry = &scene.geometry;
-    let count = geometry.positions.len();
-    assert_eq!(geometry.normals.len(), count, "{at}");
-    for optional in [geometry.tangents.len(), geometry.colors.len(), geometry.uvs[0].len(), geometry.uvs[1].len()] {
+    let count = world.positions.len();
+    assert_eq!(world.normals.len(), count, "{at}");
+    for optional in [world.tangents.len(), world.colors.len(), world.uvs[0].len(), world.uvs[1].len()] {
         assert!(optional == 0 || optional == count, "{at}: {optional} attributes for {count} vertices");
     }
-    assert_eq!(geometry.material.len(), geometry.triangles.len(), "{at}");
-    assert!(geometry.triangles.iter().flatten().all(|&i| (i as usize) < count), "{at}");
-    assert!(geometry.material.iter().all(|&m| (m as usize) < scene.materials.len()), "{at}");
-    assert!(geometry.positions.iter().flatten().all(|x| x.is_finite()), "{at}");
+    assert_eq!(world.material.len(), world.triangles.len(), "{at}");
+    assert!(world.triangles.iter().flatten().all(|&i| (i as usize) < count), "{at}");
+    assert!(world.material.iter().all(|&m| (m as usize) < scene.materials.len()), "{at}");
+    assert!(world.positions.iter().flatten().all(|x| x.is_finite()), "{at}");
     let length = |v: &[f32]| v.iter().map(|x| x * x).sum::<f32>().sqrt();
-    assert!(geometry.normals.iter().all(|n| (length(n) - 1.0).abs() < 1e-5), "{at}");
-    assert!(geometry.tangents.iter().all(|t| (length(&t[..3]) - 1.0).abs() < 1e-5 && t[3].abs() == 1.0), "{at}");
+    assert!(world.normals.iter().all(|n| (length(n) - 1.0).abs() < 1e-5), "{at}");
+    assert!(world.tangents.iter().all(|t| (length(&t[..3]) - 1.0).abs() < 1e-5 && t[3].abs() == 1.0), "{at}");
     let refs = || scene.materials.iter().flat_map(|m| m.texture_refs());
     assert!(refs().all(|r| (r.texture as usize) < scene.textures.len()), "{at}");
-    assert!(refs().all(|r| geometry.uvs[r.uv_set as usize].len() == count), "{at}");
+    assert!(refs().all(|r| world.uvs[r.uv_set as usize].len() == count), "{at}");
     assert!(scene.textures.iter().all(|t| (t.image as usize) < scene.images.len()), "{at}");
     for image in &scene.images {
         assert_eq!(image.rgba.len(), image.width as usize * image.height as usize, "{at}");
@@ -59,7 +63,7 @@ fn sample_models_load() {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             println!(
                 "{name}: {} triangles, {:?}, {:?}",
-                scene.geometry.triangles.len(),
+                World::of(&scene).triangles.len(),
                 started.elapsed(),
                 scene.warnings
             );
@@ -73,17 +77,17 @@ fn sample_models_load() {
 fn the_check_finds_damage() {
     let Some(path) = shared::path("assets/khronos/BoxVertexColors/BoxVertexColors.gltf") else { return };
     let whole = load(&path, &Limits::default()).unwrap();
-    let sabotage: [fn(&mut Scene); 5] = [
-        |s| s.geometry.positions[0][0] = f32::NAN,
-        |s| s.geometry.normals[0] = [2.0, 0.0, 0.0],
-        |s| s.geometry.triangles[0][0] = 1 << 20,
-        |s| s.geometry.colors.truncate(1),
-        |s| s.cameras.clear(),
+    let sabotage: [fn(&mut Scene, &mut World); 5] = [
+        |_, w| w.positions[0][0] = f32::NAN,
+        |_, w| w.normals[0] = [2.0, 0.0, 0.0],
+        |_, w| w.triangles[0][0] = 1 << 20,
+        |_, w| w.colors.truncate(1),
+        |s, _| s.cameras.clear(),
     ];
     for damage in sabotage {
-        let mut scene = whole.clone();
-        damage(&mut scene);
-        assert!(catch_unwind(AssertUnwindSafe(|| check(&scene, &path))).is_err());
+        let (mut scene, mut world) = (whole.clone(), World::of(&whole));
+        damage(&mut scene, &mut world);
+        assert!(catch_unwind(AssertUnwindSafe(|| check_world(&scene, &world, &path))).is_err());
     }
 }
 
@@ -108,12 +112,13 @@ fn generated_tangents_agree_with_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let given = load(&path, &Limits::default()).unwrap();
     let made = load(&without(&path, "TANGENT", folder.path()), &Limits::default()).unwrap();
-    let pairs: Vec<_> = given.geometry.tangents.iter().zip(&made.geometry.tangents).collect();
+    let (given, made) = (World::of(&given), World::of(&made));
+    let pairs: Vec<_> = given.tangents.iter().zip(&made.tangents).collect();
     let agree = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|k| a[k] * b[k]).sum::<f32>() > 0.95 && a[3] == b[3];
     let good = pairs.iter().filter(|(a, b)| agree(a, b)).count();
     let flipped = pairs.iter().filter(|(a, b)| agree(&a.map(|x| -x), b)).count();
     println!("{good} of {} tangents agree, {flipped} are opposite", pairs.len());
-    assert!(given.geometry.tangents.iter().any(|t| t[3] < 0.0) && given.geometry.tangents.iter().any(|t| t[3] > 0.0));
+    assert!(given.tangents.iter().any(|t| t[3] < 0.0) && given.tangents.iter().any(|t| t[3] > 0.0));
     assert!(good * 100 >= pairs.len() * 97 && flipped * 100 < pairs.len());
 }
 

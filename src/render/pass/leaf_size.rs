@@ -7,8 +7,9 @@ use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::lbvh::COUNTED_LEAF;
+use crate::render::scene::upload::surface_area;
 use crate::render::settings::{LEAST_LEAF, PhotonBuild};
-use crate::scene::Scene;
+use crate::scene::{Scene, World};
 
 /// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
 /// fitted to the times of building and gathering (docs/estimators.md). The host's builder saves more by larger leaves.
@@ -36,18 +37,12 @@ pub fn automatic(coverage: f64, build: PhotonBuild) -> u32 {
 
 /// Sum of the areas of the photons' footprints over the area of the scene's triangles.
 pub fn coverage(scene: &Scene, photons: &[Photon]) -> f64 {
-    let footprints: f64 = photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum();
-    footprints / surface_area(scene)
+    footprints(photons) / surface_area(&World::of(scene))
 }
 
-/// Area of all triangles, in square scene units.
-fn surface_area(scene: &Scene) -> f64 {
-    let geometry = &scene.geometry;
-    let area = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|i| glam::Vec3::from(geometry.positions[i as usize]).as_dvec3());
-        0.5 * (b - a).cross(c - a).length()
-    };
-    geometry.triangles.iter().map(area).filter(|area| area.is_finite()).sum()
+/// Sum of the areas of the photons' footprints.
+fn footprints(photons: &[Photon]) -> f64 {
+    photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum()
 }
 
 /// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and settings only.
@@ -74,7 +69,7 @@ pub fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) ->
     let mut photons = executable.read(&photons);
     photons.truncate(stored as usize);
     let share = f64::from(stored) / (f64::from(stored) + f64::from(lost)).max(1.0);
-    Ok(coverage(content.scene, &photons) / (share * ratio))
+    Ok(footprints(&photons) / content.device.surface_area / (share * ratio))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::kernels::generated::Caster;
 use crate::scene::needs::is_specular;
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Scene, World};
 
 /// Most spheres; nearer groups are joined beyond it.
 const MOST: usize = 32;
@@ -39,13 +39,13 @@ impl Group {
 
 /// Casters of a scene: connected groups of specular triangles. Aims at all specular surfaces where only faint ones exist,
 /// because then they alone make the caustics. `kept` says which triangles are in the tree.
-pub fn casters(scene: &Scene, kept: &[bool]) -> Vec<Caster> {
+pub fn casters(scene: &Scene, world: &World, kept: &[bool]) -> Vec<Caster> {
     let specular = |strong: bool| -> Vec<bool> {
         scene.materials.iter().map(|m| if strong { is_strong(m) } else { is_specular(m) }).collect()
     };
     // Light that only a faint varnish reflects must be aimed at too, or its caustics would be lost.
-    let all = groups(scene, kept, &specular(false));
-    let strong = groups(scene, kept, &specular(true));
+    let all = groups(world, kept, &specular(false));
+    let strong = groups(world, kept, &specular(true));
     let mut chosen = join_near(all);
     let strong = join_near(strong);
     let weight = |g: &Group| g.radius().powi(2);
@@ -79,8 +79,7 @@ fn normalise(weighted: &[(Group, f64)]) -> Vec<Caster> {
 }
 
 /// Boxes of the connected components (by vertex position) of the triangles with a chosen material.
-fn groups(scene: &Scene, kept: &[bool], chosen: &[bool]) -> Vec<Group> {
-    let geometry = &scene.geometry;
+fn groups(world: &World, kept: &[bool], chosen: &[bool]) -> Vec<Group> {
     let mut parent: Vec<usize> = Vec::new();
     let mut vertex_of: HashMap<[u32; 3], usize> = HashMap::new();
     let mut positions: Vec<[f32; 3]> = Vec::new();
@@ -91,12 +90,12 @@ fn groups(scene: &Scene, kept: &[bool], chosen: &[bool]) -> Vec<Group> {
         }
         x
     }
-    for ((corners, material), kept) in geometry.triangles.iter().zip(&geometry.material).zip(kept) {
+    for ((corners, material), kept) in world.triangles.iter().zip(&world.material).zip(kept) {
         if !*kept || !chosen[*material as usize] {
             continue;
         }
         let nodes = corners.map(|corner| {
-            let p = geometry.positions[corner as usize];
+            let p = world.positions[corner as usize];
             *vertex_of.entry(p.map(f32::to_bits)).or_insert_with(|| {
                 parent.push(parent.len());
                 positions.push(p);

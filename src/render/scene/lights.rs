@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::constants::{LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE};
 use crate::kernels::generated::Light as DeviceLight;
-use crate::scene::{Environment, Light, Material, Scene};
+use crate::scene::{Environment, Light, Material, Scene, World};
 
 /// Lights and the sampling tables of the environment.
 #[derive(Default)]
@@ -29,7 +29,7 @@ fn luminance(c: [f32; 3]) -> f64 {
 
 impl LightTable {
     /// Lights of `scene` whose triangles are in leaf order `order`; `radius` is that of the scene's sphere.
-    pub fn of(scene: &Scene, order: &[u32], radius: f64) -> Self {
+    pub fn of(scene: &Scene, world: &World, order: &[u32], radius: f64) -> Self {
         let mut table = Self::default();
         let mut powers = Vec::new();
         for light in &scene.lights {
@@ -39,10 +39,10 @@ impl LightTable {
         table.has_delta = !table.lights.is_empty();
         let average = average_emission(scene);
         for (at, &id) in order.iter().enumerate() {
-            let material = scene.geometry.material[id as usize] as usize;
+            let material = world.material[id as usize] as usize;
             let emission = average[material];
             if luminance(emission) > 0.0 && !scene.materials[material].unlit {
-                let area = area(scene, id);
+                let area = area(world, id);
                 let device = DeviceLight {
                     kind: LIGHT_TRIANGLE,
                     emission,
@@ -225,10 +225,7 @@ fn average_emission(scene: &Scene) -> Vec<[f32; 3]> {
     scene.materials.iter().map(emission).collect()
 }
 
-fn area(scene: &Scene, id: u32) -> f64 {
-    let [a, b, c] = scene.geometry.triangles[id as usize].map(|corner| {
-        let p = scene.geometry.positions[corner as usize];
-        glam::DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
-    });
+fn area(world: &World, id: u32) -> f64 {
+    let [a, b, c] = world.corners(id).map(|p| glam::DVec3::from(p.map(f64::from)));
     0.5 * (b - a).cross(c - a).length()
 }

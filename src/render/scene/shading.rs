@@ -6,37 +6,36 @@ use crate::constants::{
 };
 use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
-use crate::scene::{Geometry, Material, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Material, Scene, Texture, TextureRef, World, Wrap};
 
 /// Vertex attributes of each triangle of `order`, laid out by `variant` (glsl/lib/scene_bindings.glsl).
-pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32; 4]> {
-    let geometry = &scene.geometry;
+pub fn vertex_data(world: &World, order: &[u32], variant: &Variant) -> Vec<[f32; 4]> {
     let stride = variant.shading_stride as usize;
     let mut data = vec![[0.0; 4]; (order.len() * stride).max(1)];
     for (at, &id) in order.iter().enumerate() {
-        let corners = geometry.triangles[id as usize].map(|corner| corner as usize);
+        let corners = world.triangles[id as usize].map(|corner| corner as usize);
         let vectors = &mut data[at * stride..(at + 1) * stride];
         // Zero stands for the triangle's own normal: flat triangles shade to the same bits whether the program
         // interpolates normals or not.
-        let flat = is_flat(geometry, id);
+        let flat = is_flat(world, id);
         for (k, &corner) in corners.iter().enumerate() {
-            let [x, y, z] = if flat { [0.0; 3] } else { geometry.normals[corner] };
-            let uv0 = geometry.uvs[0].get(corner).copied().unwrap_or_default();
+            let [x, y, z] = if flat { [0.0; 3] } else { world.normals[corner] };
+            let uv0 = world.uvs[0].get(corner).copied().unwrap_or_default();
             vectors[k] = [x, y, z, uv0[0]];
             if variant.uv0_at > 0 {
                 vectors[variant.uv0_at as usize][k] = uv0[1];
             }
             if variant.uv1_at > 0 {
-                let uv1 = geometry.uvs[1].get(corner).copied().unwrap_or_default();
+                let uv1 = world.uvs[1].get(corner).copied().unwrap_or_default();
                 let place = &mut vectors[variant.uv1_at as usize + k / 2];
                 place[2 * (k % 2)] = uv1[0];
                 place[2 * (k % 2) + 1] = uv1[1];
             }
             if variant.color_at > 0 {
-                vectors[variant.color_at as usize + k] = geometry.colors.get(corner).copied().unwrap_or([1.0; 4]);
+                vectors[variant.color_at as usize + k] = world.colors.get(corner).copied().unwrap_or([1.0; 4]);
             }
             if variant.tangent_at > 0 {
-                let tangent = geometry.tangents.get(corner).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]);
+                let tangent = world.tangents.get(corner).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]);
                 vectors[variant.tangent_at as usize + k] = tangent;
             }
         }
@@ -45,14 +44,14 @@ pub fn vertex_data(scene: &Scene, order: &[u32], variant: &Variant) -> Vec<[f32;
 }
 
 /// Whether the vertex normals of a triangle are its own normal but for rounding. True for triangles without area.
-pub fn is_flat(geometry: &Geometry, id: u32) -> bool {
+pub fn is_flat(world: &World, id: u32) -> bool {
     let vector = |v: [f32; 3]| glam::DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    let corners = geometry.triangles[id as usize];
-    let [a, b, c] = corners.map(|corner| vector(geometry.positions[corner as usize]));
+    let corners = world.triangles[id as usize];
+    let [a, b, c] = corners.map(|corner| vector(world.positions[corner as usize]));
     let normal = (b - a).cross(c - a).normalize_or_zero();
     // The sine of 1e-5 rad: rounding stays below it, and no tessellation of a curved mirror is so fine that it would count as flat.
     let differs = |corner: &u32| {
-        let n = vector(geometry.normals[*corner as usize]);
+        let n = vector(world.normals[*corner as usize]);
         n.dot(normal) < 0.0 || n.cross(normal).length() > 1e-5
     };
     normal == glam::DVec3::ZERO || !corners.iter().any(differs)

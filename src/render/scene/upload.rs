@@ -13,7 +13,7 @@ use crate::kernels::generated::{
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::scene::frame::Bounds;
 use crate::scene::needs::{FOLLOWED_ROUGHNESS, is_specular};
-use crate::scene::{Material, Needs, Scene};
+use crate::scene::{Material, Needs, Scene, World};
 
 /// A scene in device memory.
 #[derive(Clone)]
@@ -55,6 +55,8 @@ pub struct DeviceScene {
     pub(in crate::render) light_power: [f64; 3],
     /// Radius of the scene's sphere.
     pub(in crate::render) radius: f32,
+    /// Area of all triangles, in square scene units.
+    pub(in crate::render) surface_area: f64,
     /// Bytes on the device.
     pub bytes: u64,
 }
@@ -70,26 +72,26 @@ impl DeviceScene {
 
     /// The same in any memory.
     pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
-        let geometry = &scene.geometry;
-        let bvh = build_sah(&geometry.positions, &geometry.triangles);
+        let world = World::of(scene);
+        let bvh = build_sah(&world.positions, &world.triangles);
         check_size(memory, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
-        let triangles = pack_triangles(&geometry.positions, &geometry.triangles, &bvh.order, |id| {
-            let material = geometry.material[id as usize];
+        let triangles = pack_triangles(&world.positions, &world.triangles, &bvh.order, |id| {
+            let material = world.material[id as usize];
             let masked = scene.materials[material as usize].alpha_cutoff.is_some();
             TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
         });
         // Triangles that the tree leaves out may lie anywhere, at infinity too: they count for nothing.
-        let mut kept = vec![false; geometry.triangles.len()];
+        let mut kept = vec![false; world.triangles.len()];
         bvh.order.iter().for_each(|&id| kept[id as usize] = true);
-        let bounds = bounds(scene, &kept);
+        let bounds = bounds(&world, &kept);
         let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let radius = if radius > 0.0 { radius } else { 1.0 };
-        let table = LightTable::of(scene, &bvh.order, f64::from(radius));
-        let used = |m: usize| geometry.material.contains(&(m as u32));
-        let any_specular = scene.materials.iter().enumerate().any(|(i, m)| is_specular(m) && used(i));
-        let casters = if any_specular { casters(scene, &kept) } else { vec![] };
-        let variant = variant(scene, &table, full);
-        let shading = vertex_data(scene, &bvh.order, &variant);
+        let table = LightTable::of(scene, &world, &bvh.order, f64::from(radius));
+        let used = scene.used_materials();
+        let any_specular = scene.materials.iter().zip(used).any(|(m, used)| used && is_specular(m));
+        let casters = if any_specular { casters(scene, &world, &kept) } else { vec![] };
+        let variant = variant((scene, &world), &table, full);
+        let shading = vertex_data(&world, &bvh.order, &variant);
         check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
         let mut textures = Textures::of(scene);
         for (material, density) in textures.materials.iter_mut().zip(&table.densities) {
@@ -132,6 +134,7 @@ impl DeviceScene {
             exponents: table.film_exponents(scene, f64::from(radius)),
             light_power: table.greatest_power(),
             radius,
+            surface_area: surface_area(&world),
             bytes: 0,
         };
         device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();
@@ -183,14 +186,18 @@ impl DeviceScene {
 }
 
 /// Bounds of the triangles that are kept.
-fn bounds(scene: &Scene, kept: &[bool]) -> Option<Bounds> {
-    let triangles = scene.geometry.triangles.iter().zip(kept).filter(|(_, kept)| **kept);
-    let mut corners = triangles.flat_map(|(corners, _)| corners.map(|i| scene.geometry.positions[i as usize]));
-    let first = corners.next()?;
-    Some(corners.fold(Bounds { min: first, max: first }, |b, p| Bounds {
-        min: std::array::from_fn(|k| b.min[k].min(p[k])),
-        max: std::array::from_fn(|k| b.max[k].max(p[k])),
-    }))
+fn bounds(world: &World, kept: &[bool]) -> Option<Bounds> {
+    let triangles = world.triangles.iter().zip(kept).filter(|(_, kept)| **kept);
+    Bounds::around(triangles.flat_map(|(corners, _)| corners.map(|i| world.positions[i as usize])))
+}
+
+/// Area of all triangles, in square scene units.
+pub(in crate::render) fn surface_area(world: &World) -> f64 {
+    let area = |id: u32| {
+        let [a, b, c] = world.corners(id).map(|p| glam::Vec3::from(p).as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
+    };
+    (0..world.triangles.len() as u32).map(area).filter(|area| area.is_finite()).sum()
 }
 
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.
@@ -206,9 +213,8 @@ fn check_size(memory: Memory<'_>, scene: &Scene, what: &str, bytes: u64) -> Resu
     })
 }
 
-fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
+fn variant((scene, world): (&Scene, &World), table: &LightTable, full: bool) -> Variant {
     let needs = Needs::of(scene);
-    let geometry = &scene.geometry;
     let mut v = Variant {
         textures: full || needs.textures,
         normal_maps: full || needs.normal_maps,
@@ -220,9 +226,9 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
         area_lights: full || table.has_triangles,
         delta_lights: full || table.has_delta,
         lens: full,
-        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, |_| true),
+        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, world, |_| true),
         gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
-        gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, gathers),
+        gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, world, gathers),
         blinn_phong: false,
         shading_stride: 3,
         uv0_at: 0,
@@ -235,10 +241,10 @@ fn variant(scene: &Scene, table: &LightTable, full: bool) -> Variant {
         v.shading_stride += if wanted { vectors } else { 0 };
         if wanted { at } else { 0 }
     };
-    let uv0_at = place(!geometry.uvs[0].is_empty() && needs.uv_sets[0], 1);
-    let uv1_at = place(!geometry.uvs[1].is_empty() && needs.uv_sets[1], 2);
-    let color_at = place(!geometry.colors.is_empty(), 3);
-    let tangent_at = place(!geometry.tangents.is_empty() && needs.normal_maps, 3);
+    let uv0_at = place(!world.uvs[0].is_empty() && needs.uv_sets[0], 1);
+    let uv1_at = place(!world.uvs[1].is_empty() && needs.uv_sets[1], 2);
+    let color_at = place(!world.colors.is_empty(), 3);
+    let tangent_at = place(!world.tangents.is_empty() && needs.normal_maps, 3);
     Variant { uv0_at, uv1_at, color_at, tangent_at, ..v }
 }
 
@@ -254,8 +260,7 @@ fn gathers_glossy(m: &Material) -> bool {
 }
 
 /// Whether any vertex normal of a chosen material's triangles differs from its triangle's by more than rounding.
-fn has_smooth_normals(scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool {
-    let g = &scene.geometry;
+fn has_smooth_normals(scene: &Scene, world: &World, chosen: impl Fn(&Material) -> bool) -> bool {
     let chosen: Vec<bool> = scene.materials.iter().map(chosen).collect();
-    g.material.iter().enumerate().any(|(id, m)| chosen[*m as usize] && !is_flat(g, id as u32))
+    world.material.iter().enumerate().any(|(id, m)| chosen[*m as usize] && !is_flat(world, id as u32))
 }

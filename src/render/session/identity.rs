@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use crate::film::film_file::{Identity, hex};
 use crate::kernels::photon::Footprint;
 use crate::render::settings::{Lens, Sampling, Settings};
-use crate::scene::{Environment, Geometry, Image, Scene};
+use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
 ///
@@ -95,22 +95,26 @@ fn footprint_as_text(footprint: Footprint) -> String {
 /// SHA-256 of everything in a scene that can be seen or shines.
 fn scene_hash(scene: &Scene) -> String {
     // Names, warnings and counts of what was left out are not part of the picture.
-    let Scene { path: _, geometry, materials, images, textures, lights, environment, cameras, warnings: _, skipped: _ } =
-        scene;
-    let Geometry { positions, normals, tangents, uvs, colors, triangles, material } = geometry;
+    let Scene { path: _, meshes, instances, materials, images, textures, lights, .. } = scene;
+    let Scene { environment, cameras, warnings: _, skipped: _, .. } = scene;
     let mut hash = Sha256::new();
     // Lengths stand before contents, so that no two scenes give the same bytes.
     let mut add = |bytes: &[u8]| {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(bytes);
     };
-    add(bytemuck::cast_slice(positions));
-    add(bytemuck::cast_slice(normals));
-    add(bytemuck::cast_slice(tangents));
-    uvs.iter().for_each(|set| add(bytemuck::cast_slice(set)));
-    add(bytemuck::cast_slice(colors));
-    add(bytemuck::cast_slice(triangles));
-    add(bytemuck::cast_slice(material));
+    for Mesh { name: _, positions, normals, tangents, uvs, colors, triangles, material } in meshes {
+        add(bytemuck::cast_slice(positions));
+        add(bytemuck::cast_slice(normals));
+        add(bytemuck::cast_slice(tangents));
+        uvs.iter().for_each(|set| add(bytemuck::cast_slice(set)));
+        add(bytemuck::cast_slice(colors));
+        add(bytemuck::cast_slice(triangles));
+        add(&material.0.to_le_bytes());
+    }
+    for Instance { name: _, mesh, transform, visible } in instances {
+        add(format!("{mesh:?} {transform:?} {visible}").as_bytes());
+    }
     for Image { width, height, rgba } in images {
         add(format!("{width}x{height}").as_bytes());
         add(bytemuck::cast_slice(rgba));
@@ -127,7 +131,7 @@ fn scene_hash(scene: &Scene) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Camera, Material, Projection};
+    use crate::scene::{Camera, Material, Projection, Transform};
 
     fn scene() -> Scene {
         let projection = Projection::Perspective { yfov: 0.7, aspect: None };
@@ -139,18 +143,13 @@ mod tests {
             forward: [0.0, 0.0, -1.0],
             projection,
         };
-        Scene {
-            geometry: Geometry {
-                positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-                normals: vec![[0.0, 0.0, 1.0]; 3],
-                triangles: vec![[0, 1, 2]],
-                material: vec![0],
-                ..Geometry::default()
-            },
-            materials: vec![Material::default()],
-            cameras: vec![camera],
-            ..Scene::default()
-        }
+        let mesh = Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        Scene::from_parts(vec![(mesh, Material::default())], vec![], camera)
     }
 
     #[test]
@@ -163,9 +162,13 @@ mod tests {
             change(&mut scene);
             hashes.push(scene_hash(&scene));
         };
-        changed(|s| s.geometry.positions[1][0] = 1.000_000_1);
-        changed(|s| s.geometry.uvs[0] = vec![[0.0; 2]; 3]);
-        changed(|s| s.geometry.uvs[1] = vec![[0.0; 2]; 3]);
+        changed(|s| s.meshes[0].positions[1][0] = 1.000_000_1);
+        changed(|s| s.meshes[0].uvs[0] = vec![[0.0; 2]; 3]);
+        changed(|s| s.meshes[0].uvs[1] = vec![[0.0; 2]; 3]);
+        changed(|s| s.instances[0].transform = Some(Transform::IDENTITY));
+        changed(|s| s.instances[0].transform = Some(Transform::translation([0.0, 0.0, 1e-300])));
+        changed(|s| s.instances[0].visible = false);
+        changed(|s| s.instances.clear());
         changed(|s| s.materials[0].roughness = 0.999_999_94);
         changed(|s| s.cameras[0].position[0] = 1e-30);
         changed(|s| s.images = vec![Image { width: 1, height: 2, rgba: vec![[0; 4]; 2] }]);

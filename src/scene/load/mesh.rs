@@ -1,4 +1,6 @@
-//! Meshes and their instances: from primitives of the file to world-space triangles.
+//! Meshes and their instances: every primitive of the file that is placed becomes a mesh.
+
+use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 use gltf::json::accessor::Accessor;
@@ -9,28 +11,32 @@ use gltf::json::{Index, Root};
 use serde_json::Value;
 
 use super::accessor::{Reader, Use};
-use super::deform::{Influence, Morph, Placement};
+use super::deform::{self, Influence, Morph, Placement};
 use super::document::Document;
 use super::nodes::{self, Hierarchy, Placed};
-use super::surface::{self, Instance, Needed};
 use super::{Limits, Notes, Outcome};
-use crate::scene::{Scene, TextureRef};
+use crate::scene::flatten::Tangents;
+use crate::scene::transform::is_singular;
+use crate::scene::world::Needed;
+use crate::scene::{Instance, MaterialId, Mesh, MeshId, Scene, TextureRef};
 
-/// A decoded primitive in the space of its mesh. Optional attributes are empty or one per vertex.
+/// A decoded primitive: a mesh in its own space, and what may bend it.
 #[derive(Default)]
 pub(super) struct Primitive {
-    pub positions: Vec<[f32; 3]>,
-    pub normals: Vec<[f32; 3]>,
-    pub tangents: Vec<[f32; 4]>,
-    pub uvs: [Vec<[f32; 2]>; 2],
-    pub colors: Vec<[f32; 4]>,
-    pub triangles: Vec<[u32; 3]>,
-    /// Index into [`Scene::materials`].
-    pub material: u32,
-    /// The normal texture of the material.
-    pub normal_texture: Option<TextureRef>,
+    pub mesh: Mesh,
     pub morphs: Vec<Morph>,
     pub influences: Vec<Influence>,
+}
+
+/// A primitive as it is placed, and how it is shown most recently.
+struct Shown<'a> {
+    primitive: &'a Primitive,
+    /// Morph weights of the mesh in the file.
+    weights: &'a [f32],
+    /// The mesh of instances that are neither bent nor morphed.
+    plain: Option<MeshId>,
+    /// The mesh of the last node that bends or morphs it, and that node: its copies share it.
+    own: Option<(usize, MeshId)>,
 }
 
 /// The materials that placed primitives use, in file order; `None` is the default material.
@@ -57,11 +63,15 @@ pub(super) struct MeshReader<'a> {
     used_materials: &'a [Option<usize>],
     /// Triangles of all instances so far, skipped ones included: they cost time as well.
     triangles: u64,
+    /// The names of nodes, shared by their instances.
+    names: Vec<Arc<str>>,
 }
 
 impl<'a> MeshReader<'a> {
     pub fn new(document: &'a Document, limits: &'a Limits, used_materials: &'a [Option<usize>]) -> Self {
-        Self { document, reader: Reader::new(document, limits), limits, used_materials, triangles: 0 }
+        let name = |node: &Node| Arc::from(node.name.as_deref().unwrap_or_default());
+        let names = document.root.nodes.iter().map(name).collect();
+        Self { document, reader: Reader::new(document, limits), limits, used_materials, triangles: 0, names }
     }
 
     /// Adds every instance of every mesh, mesh by mesh, each decoded once.
@@ -74,40 +84,75 @@ impl<'a> MeshReader<'a> {
             let list = instances.get_mut(mesh).ok_or_else(|| format!("mesh {mesh} does not exist"))?;
             self.instances(placed, list, &mut total)?;
         }
-        let needed = self.needed(scene, &instances);
+        let needed = Needed::of(scene);
         for (m, list) in instances.iter().enumerate().filter(|(_, list)| !list.is_empty()) {
             for (p, json) in root.meshes[m].primitives.iter().enumerate() {
                 let at = |cause| format!("meshes[{m}].primitives[{p}]: {cause}");
-                let Some(primitive) = self.primitive(json, scene, notes).map_err(at)? else { continue };
-                if primitive.triangles.is_empty() {
+                let Some(mut primitive) = self.primitive(json, scene, notes).map_err(at)? else { continue };
+                if primitive.mesh.triangles.is_empty() {
                     continue;
                 }
+                primitive.mesh.name = root.meshes[m].name.as_deref().unwrap_or_default().into();
+                clean(&mut primitive.mesh, &needed, notes);
+                let weights = root.meshes[m].weights.as_deref().unwrap_or(&[]);
+                let mut shown = Shown { primitive: &primitive, weights, plain: None, own: None };
                 for placed in list {
-                    self.triangles += primitive.triangles.len() as u64;
-                    if self.triangles > self.limits.triangles {
-                        return Err(format!("more than {} triangles", self.limits.triangles));
-                    }
+                    self.count(primitive.mesh.triangles.len(), scene)?;
                     let Some(placement) = self.placement(placed, hierarchy, notes).map_err(at)? else { continue };
-                    let node = &root.nodes[placed.node];
-                    let weights = node.weights.as_deref().or(root.meshes[m].weights.as_deref()).unwrap_or(&[]);
-                    let instance = Instance { primitive: &primitive, weights, placement: &placement };
-                    surface::add(scene, &instance, &needed, notes);
+                    self.show(&mut shown, placed.node, &placement, (scene, &needed), notes);
                 }
             }
         }
         Ok(())
     }
 
-    /// Which optional attributes the whole scene carries.
-    fn needed(&self, scene: &Scene, instances: &[Vec<Placed>]) -> Needed {
-        let refs = || scene.materials.iter().flat_map(|m| m.texture_refs());
-        let meshes = self.document.root.meshes.iter().zip(instances).filter(|(_, list)| !list.is_empty());
-        let colors = Checked::Valid(Semantic::Colors(0));
-        Needed {
-            uvs: [0, 1].map(|set| refs().any(|r| r.uv_set == set)),
-            tangents: scene.materials.iter().any(|m| m.normal_texture.is_some()),
-            colors: meshes.flat_map(|(mesh, _)| &mesh.primitives).any(|p| p.attributes.contains_key(&colors)),
+    /// Counts an instance of so many triangles before anything is done for it.
+    fn count(&mut self, triangles: usize, scene: &Scene) -> Outcome<()> {
+        self.triangles += triangles as u64;
+        if self.triangles > self.limits.triangles {
+            return Err(format!("more than {} triangles", self.limits.triangles));
         }
+        if scene.instances.len() as u64 >= self.limits.nodes {
+            return Err(format!("more than {} instances", self.limits.nodes));
+        }
+        Ok(())
+    }
+
+    /// Adds an instance, and its mesh if that is not there yet. What is bent gets a mesh in world space.
+    fn show(
+        &self,
+        shown: &mut Shown,
+        node: usize,
+        placement: &Placement,
+        (scene, needed): (&mut Scene, &Needed),
+        notes: &mut Notes,
+    ) {
+        let primitive = shown.primitive;
+        let shape =
+            deform::morphed(primitive, self.document.root.nodes[node].weights.as_deref().unwrap_or(shown.weights));
+        let known = shown.own.filter(|(owner, _)| *owner == node).map(|(_, mesh)| mesh);
+        let (mesh, transform) = match placement {
+            Placement::Rigid(transform) if matches!(shape, std::borrow::Cow::Borrowed(_)) => {
+                (*shown.plain.get_or_insert_with(|| scene.add_mesh(primitive.mesh.clone())), Some(*transform))
+            }
+            Placement::Rigid(transform) => {
+                let mesh = known.unwrap_or_else(|| scene.add_mesh(shape.into_owned()));
+                shown.own = Some((node, mesh));
+                (mesh, Some(*transform))
+            }
+            Placement::Skinned(joints) => {
+                let tangents = Tangents(scene.materials[primitive.mesh.material.index()].normal_texture);
+                let mesh = known.unwrap_or_else(|| {
+                    let (mesh, rest) = deform::bent(primitive, &shape, joints, needed.tangents.then_some(&tangents));
+                    scene.skipped.add(rest.skipped);
+                    notes.replaced_normals(rest.replaced_normals);
+                    scene.add_mesh(mesh)
+                });
+                shown.own = Some((node, mesh));
+                (mesh, None)
+            }
+        };
+        scene.add_instance(Instance { name: self.names[node].clone(), mesh, transform, visible: true });
     }
 
     /// One instance, or those of EXT_mesh_gpu_instancing.
@@ -162,11 +207,11 @@ impl<'a> MeshReader<'a> {
     fn placement(&mut self, placed: &Placed, hierarchy: &Hierarchy, notes: &mut Notes) -> Outcome<Option<Placement>> {
         let root = &self.document.root;
         let Some(index) = root.nodes[placed.node].skin.map(|s| s.value()) else {
-            if !placed.to_world.is_finite() || nodes::is_singular(&placed.to_world) {
+            if !placed.to_world.is_finite() || is_singular(&placed.to_world) {
                 notes.fault(format!("node {}: its transform is singular; its mesh was skipped", placed.node));
                 return Ok(None);
             }
-            return Ok(Some(Placement::Rigid(placed.to_world)));
+            return Ok(Some(Placement::Rigid(placed.to_world.into())));
         };
         let skin = root.skins.get(index).ok_or_else(|| format!("skin {index} does not exist"))?;
         let inverse_bind = match skin.inverse_bind_matrices {
@@ -194,13 +239,12 @@ impl<'a> MeshReader<'a> {
         let material = json.material.map(|m| m.value());
         let material = self.used_materials.binary_search(&material).map_err(|_| "its material does not exist")? as u32;
         let mut primitive = self.attributes(json)?;
-        primitive.material = material;
-        primitive.normal_texture = scene.materials[material as usize].normal_texture;
-        let missing = |r: &&TextureRef| primitive.uvs[r.uv_set as usize].is_empty();
+        primitive.mesh.material = MaterialId(material);
+        let missing = |r: &&TextureRef| primitive.mesh.uvs[r.uv_set as usize].is_empty();
         if let Some(r) = scene.materials[material as usize].texture_refs().find(missing) {
             notes.note(format!("a mesh lacks texture coordinates {} that its material uses", r.uv_set));
         }
-        let count = primitive.positions.len();
+        let count = primitive.mesh.positions.len();
         let indices = match json.indices {
             Some(accessor) => self.reader.indices(accessor)?,
             None => (0..count as u32).collect(),
@@ -208,7 +252,7 @@ impl<'a> MeshReader<'a> {
         if let Some(index) = indices.iter().find(|&&i| i as usize >= count) {
             return Err(format!("vertex index {index} is out of range of {count} vertices"));
         }
-        primitive.triangles = triangles(mode, &indices);
+        primitive.mesh.triangles = triangles(mode, &indices);
         primitive.drop_unused_vertices();
         Ok(Some(primitive))
     }
@@ -219,14 +263,15 @@ impl<'a> MeshReader<'a> {
         let positions = self.reader.floats::<3>(position, Use::Position)?;
         let count = positions.len();
         let uv = [attribute(Semantic::TexCoords(0)), attribute(Semantic::TexCoords(1))];
-        let mut primitive = Primitive {
+        let mesh = Mesh {
             positions,
             normals: self.optional(attribute(Semantic::Normals), Use::Normal, count)?,
             tangents: self.optional(attribute(Semantic::Tangents), Use::Tangent, count)?,
             uvs: [self.optional(uv[0], Use::Uv, count)?, self.optional(uv[1], Use::Uv, count)?],
             colors: self.optional(attribute(Semantic::Colors(0)), Use::Color, count)?,
-            ..Primitive::default()
+            ..Mesh::default()
         };
+        let mut primitive = Primitive { mesh, ..Primitive::default() };
         for set in 0.. {
             let (joints, weights) = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)));
             let (Some(joints), Some(weights)) = (joints, weights) else { break };
@@ -284,8 +329,9 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
 impl Primitive {
     /// Keeps only vertices that a triangle uses, so that the limit on triangles bounds the vertices as well.
     fn drop_unused_vertices(&mut self) {
-        let mut used = vec![false; self.positions.len()];
-        for &i in self.triangles.iter().flatten() {
+        let mesh = &mut self.mesh;
+        let mut used = vec![false; mesh.positions.len()];
+        for &i in mesh.triangles.iter().flatten() {
             used[i as usize] = true;
         }
         if used.iter().all(|&u| u) {
@@ -303,14 +349,14 @@ impl Primitive {
                 }
             })
             .collect();
-        for i in self.triangles.iter_mut().flatten() {
+        for i in mesh.triangles.iter_mut().flatten() {
             *i = renumbered[*i as usize];
         }
-        keep(&mut self.positions, &used);
-        keep(&mut self.normals, &used);
-        keep(&mut self.tangents, &used);
-        keep(&mut self.colors, &used);
-        self.uvs.iter_mut().for_each(|uvs| keep(uvs, &used));
+        keep(&mut mesh.positions, &used);
+        keep(&mut mesh.normals, &used);
+        keep(&mut mesh.tangents, &used);
+        keep(&mut mesh.colors, &used);
+        mesh.uvs.iter_mut().for_each(|uvs| keep(uvs, &used));
         for morph in &mut self.morphs {
             keep(&mut morph.positions, &used);
             keep(&mut morph.normals, &used);
@@ -326,6 +372,33 @@ impl Primitive {
 fn keep<T>(values: &mut Vec<T>, used: &[bool]) {
     let mut used = used.iter();
     values.retain(|_| used.next().is_some_and(|&u| u));
+}
+
+/// Texture coordinates and colours that no material or mesh needs are dropped, those out of range are clamped.
+fn clean(mesh: &mut Mesh, needed: &Needed, notes: &mut Notes) {
+    for (uvs, _) in mesh.uvs.iter_mut().zip(needed.uvs).filter(|(_, needed)| !needed) {
+        uvs.clear();
+    }
+    let mut clamped = false;
+    for uv in mesh.uvs.iter_mut().flatten() {
+        clamped |= clamp(uv, f32::MIN, f32::MAX);
+    }
+    for color in &mut mesh.colors {
+        clamped |= clamp(color, 0.0, 1.0);
+    }
+    if clamped {
+        notes.fault("vertex colours or texture coordinates out of range were clamped".into());
+    }
+}
+
+/// Brings values within bounds, NaN to zero; true if any was not.
+fn clamp(values: &mut [f32], low: f32, high: f32) -> bool {
+    let mut clamped = false;
+    for value in values.iter_mut().filter(|value| !(**value >= low && **value <= high)) {
+        *value = if value.is_nan() { 0.0 } else { value.clamp(low, high) };
+        clamped = true;
+    }
+    clamped
 }
 
 #[cfg(test)]

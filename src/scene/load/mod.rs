@@ -17,7 +17,6 @@ mod material;
 mod mesh;
 mod nodes;
 mod resolve;
-mod surface;
 
 use std::path::Path;
 
@@ -27,7 +26,7 @@ use self::resolve::Folder;
 pub(in crate::scene) use self::resolve::read_limited;
 use crate::error::{Error, Result};
 
-use crate::scene::{Environment, Material, Scene};
+use crate::scene::{Environment, Material, Scene, World};
 
 /// Upper bounds on what a scene may cost, so that a small file cannot ask for the whole machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +41,7 @@ pub struct Limits {
     pub elements: u64,
     /// Triangles after instancing.
     pub triangles: u64,
-    /// Nodes in the file, and instances of meshes.
+    /// Nodes in the file, and instances of meshes; each primitive of a mesh counts as one.
     pub nodes: u64,
     /// Levels of the node hierarchy.
     pub depth: u32,
@@ -106,6 +105,13 @@ impl Notes {
         self.faults += 1;
         self.first_fault.get_or_insert_with(|| text.clone());
         self.note(text);
+    }
+
+    /// Tells of normals that had no direction, if there were any.
+    fn replaced_normals(&mut self, any: bool) {
+        if any {
+            self.fault("normals without a direction were replaced by those of the triangles".into());
+        }
     }
 
     #[cfg(test)]
@@ -175,6 +181,9 @@ fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Scene> {
         ..Scene::default()
     };
     mesh::MeshReader::new(&document, limits, &used).add_all(&hierarchy, &mut scene, &mut notes)?;
+    let world = World::of(&scene);
+    scene.skipped.add(world.skipped);
+    notes.replaced_normals(world.replaced_normals);
     let slots = image_slots(&document, &textures);
     scene.images = images::images(&document, folder, &slots, limits, &mut notes)?;
     scene.textures = textures.iter().map(|&t| material::sampler(root, t, slot_of(&document, &slots, t))).collect();

@@ -106,13 +106,3 @@ pub(super) fn rotation(xyzw: [f32; 4]) -> Option<DQuat> {
     let length = q.length();
     (length > 0.0 && length.is_finite()).then(|| q / length)
 }
-
-/// True where a transform flattens space: normals cannot be carried through it.
-/// The determinant is compared with the product of the column lengths, so the test does not depend on scale.
-pub(super) fn is_singular(m: &DMat4) -> bool {
-    const FLATTEST: f64 = 1e-9;
-    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
-    let product = x.length() * y.length() * z.length();
-    let det = x.cross(y).dot(z).abs();
-    !(det.is_finite() && det > FLATTEST * product)
-}

@@ -1,0 +1,98 @@
+//! Where an instance stands.
+
+use glam::{DMat4, DVec3};
+
+/// An affine map from the space of a mesh to the world, in double precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transform {
+    /// Columns of the matrix, as glTF writes them: images of the x, y and z axes, then of the origin. The last row is
+    /// 0, 0, 0, 1.
+    pub columns: [[f64; 4]; 4],
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Transform {
+    /// Leaves everything in its place.
+    pub const IDENTITY: Self = Self { columns: DMat4::IDENTITY.to_cols_array_2d() };
+
+    /// Moves by `offset`, in scene units.
+    pub fn translation(offset: [f64; 3]) -> Self {
+        DMat4::from_translation(offset.into()).into()
+    }
+
+    /// Scales along the axes by `factors`; a negative one mirrors.
+    pub fn scaling(factors: [f64; 3]) -> Self {
+        DMat4::from_scale(factors.into()).into()
+    }
+
+    /// Turns about `axis` (any length but 0) through the origin by `angle` radians, counter-clockwise as seen from the
+    /// tip of the axis. An axis without a direction turns nothing.
+    pub fn rotation(axis: [f64; 3], angle: f64) -> Self {
+        let axis = DVec3::from(axis).try_normalize();
+        axis.map_or(Self::IDENTITY, |axis| DMat4::from_axis_angle(axis, angle).into())
+    }
+
+    /// This map, and then `next`.
+    pub fn then(self, next: Self) -> Self {
+        (next.matrix() * self.matrix()).into()
+    }
+
+    /// Whether all entries are finite and the map neither flattens space nor has another last row than 0, 0, 0, 1.
+    pub fn is_valid(&self) -> bool {
+        let matrix = self.matrix();
+        matrix.is_finite() && !is_singular(&matrix) && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
+    }
+
+    pub(super) fn matrix(&self) -> DMat4 {
+        DMat4::from_cols_array_2d(&self.columns)
+    }
+}
+
+impl From<DMat4> for Transform {
+    fn from(matrix: DMat4) -> Self {
+        Self { columns: matrix.to_cols_array_2d() }
+    }
+}
+
+/// True where a transform flattens space: normals cannot be carried through it.
+/// The determinant is compared with the product of the column lengths, so the test does not depend on scale.
+pub(super) fn is_singular(m: &DMat4) -> bool {
+    const FLATTEST: f64 = 1e-9;
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
+    let product = x.length() * y.length() * z.length();
+    let det = x.cross(y).dot(z).abs();
+    !(det.is_finite() && det > FLATTEST * product)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_are_applied_in_the_order_they_are_said() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let map = Transform::scaling([2.0, 3.0, 4.0])
+            .then(Transform::rotation([0.0, 0.0, 5.0], quarter))
+            .then(Transform::translation([10.0, 0.0, 0.0]));
+        let image = |p: [f64; 3]| map.matrix().transform_point3(p.into()).to_array();
+        let close = |a: [f64; 3], b: [f64; 3]| assert!(DVec3::from(a).distance(b.into()) < 1e-12, "{a:?} {b:?}");
+        close(image([1.0, 0.0, 0.0]), [10.0, 2.0, 0.0]);
+        close(image([0.0, 1.0, 0.0]), [7.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn flat_and_broken_maps_are_not_valid() {
+        assert!(Transform::IDENTITY.is_valid() && Transform::scaling([-1e-9, 1e-9, 1e-9]).is_valid());
+        assert!(!Transform::scaling([1.0, 0.0, 1.0]).is_valid());
+        assert!(!Transform::translation([f64::NAN, 0.0, 0.0]).is_valid());
+        let mut projective = Transform::IDENTITY;
+        projective.columns[0][3] = 1.0;
+        assert!(!projective.is_valid());
+        assert_eq!(Transform::rotation([0.0; 3], 1.0), Transform::IDENTITY);
+    }
+}
