@@ -13,6 +13,7 @@ pub mod film;
 #[cfg(feature = "cli")]
 pub mod fit;
 pub mod graph;
+pub mod input;
 pub mod kernels;
 pub mod picture;
 #[cfg(feature = "cli")]

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::console::print;
+use super::environment::EnvironmentArgs;
 use super::inputs::check_readable;
 use super::numbers::bytes;
 use super::values::{self, Size};
@@ -28,9 +29,9 @@ pub struct InfoArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Environment map to assume (.exr or .hdr)
-    #[arg(long, value_name = "FILE")]
-    pub environment: Option<PathBuf>,
+    /// The environment map to assume.
+    #[command(flatten)]
+    pub environment: EnvironmentArgs,
 
     /// Picture size to assume, in pixels
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
@@ -57,8 +58,8 @@ struct Facts<'a> {
 /// Those of loading the scene.
 pub fn run(args: &InfoArgs) -> Result<()> {
     check_readable(&args.scene)?;
-    args.environment.iter().try_for_each(|path| check_readable(path))?;
-    let scene = scene::load_with_environment(&args.scene, args.environment.as_deref(), &Limits::default())?;
+    args.environment.environment.iter().try_for_each(|path| check_readable(path))?;
+    let scene = scene::load_with_environment(&args.scene, args.environment.file().as_ref(), &Limits::default())?;
     if scene.cameras.is_empty() {
         return Err(Error::scene(&args.scene, "no camera"));
     }

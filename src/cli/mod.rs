@@ -11,6 +11,7 @@ mod compare;
 mod console;
 mod device;
 mod devices;
+mod environment;
 mod info;
 mod inputs;
 mod interrupt;

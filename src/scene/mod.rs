@@ -24,6 +24,7 @@ mod world;
 
 use std::path::PathBuf;
 
+pub use environment::EnvironmentFile;
 pub use ids::{CameraId, InstanceId, LightId, MaterialId, MeshId};
 pub use load::{Limits, load, load_with_environment};
 pub use mesh::{Instance, Mesh};

@@ -12,6 +12,7 @@ use super::results::Budget;
 use super::variant::{Count, Grid, Positive, VariantSettings, Written};
 use crate::error::{Error, Result};
 use crate::render::names::Size;
+use crate::scene::EnvironmentFile;
 
 /// A checked study. Paths are those of the file, from the folder that the file is in.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +54,7 @@ pub struct SceneEntry {
     /// Camera by name or index; the first one otherwise.
     pub camera: String,
     /// Environment map.
-    pub environment: Option<PathBuf>,
+    pub environment: Option<EnvironmentFile>,
     /// What its renders are compared with.
     pub reference: Reference,
     /// Left out where a file of it is missing, instead of an error.
@@ -181,6 +182,8 @@ struct SceneTable {
     #[serde(default)]
     camera: Option<String>,
     environment: Option<PathBuf>,
+    environment_rotation: Option<f32>,
+    environment_scale: Option<Written<Positive>>,
     reference: Spanned<Reference>,
     #[serde(default)]
     optional: bool,
@@ -283,10 +286,24 @@ impl Source<'_> {
             file: folder.join(&table.file),
             size: table.size.value,
             camera: table.camera.clone().unwrap_or_else(|| "0".into()),
-            environment: table.environment.as_ref().map(|path| folder.join(path)),
+            environment: self.environment(folder, table)?,
             reference,
             optional: table.optional,
         })
+    }
+
+    fn environment(&self, folder: &Path, table: &SceneTable) -> Result<Option<EnvironmentFile>> {
+        let (rotation, scale) = (table.environment_rotation, &table.environment_scale);
+        let wrong = |what| Err(self.wrong(Some(table.name.span()), what));
+        if table.environment.is_none() && (rotation.is_some() || scale.is_some()) {
+            return wrong("an environment is turned or scaled, but none is named");
+        }
+        if rotation.is_some_and(|angle| !angle.is_finite()) {
+            return wrong("the angle of an environment is not finite");
+        }
+        let (rotation, scale) = (rotation.unwrap_or(0.0), scale.as_ref().map_or(1.0, |scale| scale.value.0 as f32));
+        let file = |path: &PathBuf| EnvironmentFile { path: folder.join(path), rotation, scale };
+        Ok(table.environment.as_ref().map(file))
     }
 
     fn variants(&self, file: &File) -> Result<Vec<VariantSettings>> {

@@ -244,13 +244,14 @@ fn missing(entry: &SceneEntry) -> Option<&PathBuf> {
         Reference::File(path) => Some(path),
         Reference::Render(_) => None,
     };
-    let mut files = [Some(&entry.file), entry.environment.as_ref(), reference].into_iter().flatten();
+    let mut files =
+        [Some(&entry.file), entry.environment.as_ref().map(|map| &map.path), reference].into_iter().flatten();
     files.find(|path| !path.is_file())
 }
 
 fn load(study: &Study, entry: &SceneEntry) -> Result<LoadedScene> {
     let begin = Instant::now();
-    let scene = scene::load_with_environment(&entry.file, entry.environment.as_deref(), &Limits::default())?;
+    let scene = scene::load_with_environment(&entry.file, entry.environment.as_ref(), &Limits::default())?;
     let seconds = begin.elapsed().as_secs_f64();
     let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let camera = choose_camera(&entry.camera, &names)?;

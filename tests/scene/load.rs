@@ -1,6 +1,6 @@
 //! What is read from small glTF files: placement, attributes, materials, lights and cameras.
 
-use nephroid::scene::{Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment};
+use nephroid::scene::{EnvironmentFile, Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment};
 use serde_json::{Value, json};
 
 use crate::support::files::{self, Files, floats, load_glb, set, triangle, triangle_bin, with};
@@ -294,10 +294,10 @@ fn an_environment_takes_the_place_of_the_sky() {
     let path = files.write("scene.glb", &files::glb(&triangle(), &triangle_bin()));
     let map =
         files.write("map.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x80\x80\x81\x80\x80\x80\x81");
-    let scene = load_with_environment(&path, Some(&map), &Limits::default()).unwrap();
+    let scene = load_with_environment(&path, Some(&EnvironmentFile::new(map)), &Limits::default()).unwrap();
     assert_eq!(scene.environment.unwrap().width, 2);
     assert_eq!(scene.warnings, ["the scene has no camera: a three-quarter view frames it"]);
     let cut = files.write("cut.hdr", b"#?RADIANCE\n");
-    let error = load_with_environment(&path, Some(&cut), &Limits::default()).unwrap_err();
+    let error = load_with_environment(&path, Some(&EnvironmentFile::new(cut)), &Limits::default()).unwrap_err();
     assert!(error.to_string().contains("cut.hdr") && error.exit_code() == 2);
 }

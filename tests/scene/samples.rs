@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use nephroid::scene::{Environment, Limits, Scene, World, load, load_with_environment};
+use nephroid::scene::{Environment, EnvironmentFile, Limits, Scene, World, load, load_with_environment};
 
 use crate::support::shared;
 
@@ -127,7 +127,8 @@ fn environment_maps_load() {
     let Some(scene) = shared::path("scenes/cornell/cornell.gltf") else { return };
     let Some(maps) = shared::path("assets/env") else { return };
     for path in files(&maps) {
-        let scene = load_with_environment(&scene, Some(&path), &Limits::default()).unwrap_or_else(|e| panic!("{e}"));
+        let map = EnvironmentFile::new(&path);
+        let scene = load_with_environment(&scene, Some(&map), &Limits::default()).unwrap_or_else(|e| panic!("{e}"));
         let map = scene.environment.unwrap();
         assert_eq!(map.radiance.len(), map.width as usize * map.height as usize);
         assert!(map.radiance.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));

@@ -88,7 +88,7 @@ fn everything_in_the_file_arrives() {
     assert_eq!((ring.file.as_path(), ring.size.to_string().as_str()), (Path::new("here/scenes/ring.glb"), "32x24"));
     assert!(matches!(&ring.reference, Reference::File(path) if path.ends_with("ring.exr")) && !ring.optional);
     assert_eq!((pool.file.as_path(), pool.camera.as_str(), pool.optional), (Path::new("/pool.glb"), "2", true));
-    assert!(pool.environment.as_ref().expect("a sky").ends_with("sky.exr"));
+    assert!(pool.environment.as_ref().expect("a sky").path.ends_with("sky.exr"));
     let Reference::Render(render) = &pool.reference else { panic!("ours") };
     assert_eq!((render.limits(), render.seed), ((Some(64), None), 9));
     assert_eq!(render.settings.settings()["kernel"], "cone");

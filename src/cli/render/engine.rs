@@ -22,7 +22,8 @@ use crate::scene::{self, Limits, Scene};
 /// Renders until a limit is reached or the user stops.
 pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<FinishedRender> {
     let begin = Instant::now();
-    let scene = scene::load_with_environment(&request.scene, request.light.environment.as_deref(), &Limits::default())?;
+    let environment = request.light.environment.file();
+    let scene = scene::load_with_environment(&request.scene, environment.as_ref(), &Limits::default())?;
     for warning in &scene.warnings {
         monitor.note(warning);
     }

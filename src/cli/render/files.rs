@@ -39,8 +39,8 @@ pub(super) fn check_files(args: &RenderArgs, film: &FilmOrder) -> Result<Files> 
     let outputs = outputs.chain(&film.checkpoint);
     let replaced = |path: &&PathBuf| !film.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_same_file(path));
     let resumed = film.resume.iter().filter(replaced);
-    let mut taken: Vec<&Path> =
-        std::iter::once(&args.scene).chain(&args.light.environment).chain(resumed).map(PathBuf::as_path).collect();
+    let inputs = std::iter::once(&args.scene).chain(&args.light.environment.environment);
+    let mut taken: Vec<&Path> = inputs.chain(resumed).map(PathBuf::as_path).collect();
     for destination in outputs {
         if taken.iter().any(|path| destination.is_same_file(path)) {
             return Err(Error::Usage(format!("'{}' is named twice", destination.path().display())));

@@ -7,6 +7,7 @@ use clap::Args;
 use super::flags_film::FilmArgs;
 use super::flags_post::{LensArgs, PostArgs};
 use crate::cli::device::DeviceArgs;
+use crate::cli::environment::EnvironmentArgs;
 use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
@@ -138,10 +139,9 @@ pub struct EffortArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
-    /// Environment map that lights the scene from infinity, equirectangular (.exr or .hdr). A scene without any light
-    /// gets a plain sky
-    #[arg(long, value_name = "FILE")]
-    pub environment: Option<PathBuf>,
+    /// The environment map.
+    #[command(flatten)]
+    pub environment: EnvironmentArgs,
 
     /// How light is transported; the last two are slow references for the first
     #[arg(long, value_name = "METHOD", value_enum, default_value_t)]

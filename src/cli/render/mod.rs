@@ -115,7 +115,7 @@ mod tests {
         assert_eq!((request.photons, request.seed), (Some(250_000), 9));
         assert_eq!((request.view.size, request.view.camera.as_str()), (Size { width: 32, height: 16 }, "side"));
         assert_eq!(request.view.aov, [Aov::Albedo, Aov::Depth]);
-        assert_eq!((request.light.weight, request.light.environment), (Weight::Constant, None));
+        assert_eq!((request.light.weight, request.light.environment.file()), (Weight::Constant, None));
         assert_eq!((request.device.device.as_deref(), request.device.validate), (Some("cpu"), true));
         assert!(!request.wants_trace);
     }

@@ -51,7 +51,7 @@ impl Request {
     /// [`crate::error::Error::Io`] and [`crate::error::Error::Scene`] for files that cannot be read or written.
     pub fn new(args: &RenderArgs) -> Result<Self> {
         check_readable(&args.scene)?;
-        args.light.environment.iter().try_for_each(|path| check_readable(path))?;
+        args.light.environment.environment.iter().try_for_each(|path| check_readable(path))?;
         let EffortArgs { target_error, passes, time, photons, seed } = args.effort;
         let film = args.film.order()?;
         let passes = film.range.as_ref().map(|range| range.end - range.start).or(passes);

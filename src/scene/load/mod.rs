@@ -22,11 +22,10 @@ use std::path::Path;
 
 use self::document::Document;
 use self::material::Converter;
-use self::resolve::Folder;
-pub(in crate::scene) use self::resolve::read_limited;
+use self::resolve::{Folder, read_limited};
 use crate::error::{Error, Result};
 
-use crate::scene::{Environment, Material, Scene, World};
+use crate::scene::{EnvironmentFile, Material, Scene, World};
 
 /// Upper bounds on what a scene may cost, so that a small file cannot ask for the whole machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,14 +139,14 @@ pub fn load(path: &Path, limits: &Limits) -> Result<Scene> {
     load_with_environment(path, None, limits)
 }
 
-/// Like [`load`], lit by the environment map in the file `environment` if there is one.
+/// Like [`load`], lit by the environment map `environment` if there is one.
 ///
 /// # Errors
 /// As [`load`], for either file.
-pub fn load_with_environment(path: &Path, environment: Option<&Path>, limits: &Limits) -> Result<Scene> {
+pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>, limits: &Limits) -> Result<Scene> {
     let mut scene = read(path, limits)?;
     if let Some(file) = environment {
-        let (map, warnings) = Environment::load(file, limits)?;
+        let (map, warnings) = file.load(limits)?;
         scene.environment = Some(map);
         scene.warnings.extend(warnings);
     }

@@ -59,7 +59,7 @@ impl Folder {
 }
 
 /// Reads a regular file of at most `max_bytes`. Devices and pipes, which could block for ever, are refused.
-pub(in crate::scene) fn read_limited(path: &Path, max_bytes: u64) -> Outcome<Vec<u8>> {
+pub(super) fn read_limited(path: &Path, max_bytes: u64) -> Outcome<Vec<u8>> {
     let unreadable = |e| format!("cannot be read: {e}");
     let length = fs::metadata(path).map_err(unreadable)?;
     if !length.is_file() {
