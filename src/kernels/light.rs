@@ -3,11 +3,11 @@
 //! Photons make the vertices ([`super::photon::trace_vertices`]), a splat each. A stable sort by pixel and class puts the
 //! splats of a pixel together in the order of the photons, so that sums have the same bits in every run, without atomics.
 
+use super::deposits::Deposits;
 use super::eye::{LOCAL, View};
 use super::generated::{
     Camera, LightBlocks, LightBlocksBindings, LightConnect, LightConnectBindings, LightSum, LightSumBindings,
 };
-use super::photon::Deposits;
 use super::scene_data::Variant;
 use super::{Items, compact, sort};
 use crate::graph::{Buf, Graph, Grid};

@@ -2,6 +2,7 @@
 
 pub mod bvh_host;
 pub mod compact;
+pub mod deposits;
 pub mod differentials;
 pub mod eye;
 pub mod film;

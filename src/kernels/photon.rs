@@ -3,6 +3,7 @@
 //! One bounce a dispatch, survivors compacted, deposits appended in a fixed order, so that a map has the same bits in every
 //! run. Sources: Fabianowski and Dingliana 2009 (differentials, footprints), Yao et al. 2010 (aiming), Igehy 1999.
 
+use super::deposits::Deposits;
 use super::eye::{LOCAL, SlotList, trace_list};
 use super::generated::{
     Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
@@ -13,20 +14,8 @@ use super::generated::{
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact, lbvh};
-use crate::constants::{self, FOOTPRINT_DENSITY, FOOTPRINT_DIFFERENTIAL, FOOTPRINT_FIXED, FOOTPRINT_NONE};
+use crate::constants::{FOOTPRINT_DENSITY, FOOTPRINT_DIFFERENTIAL, FOOTPRINT_FIXED, FOOTPRINT_NONE};
 use crate::graph::{Buf, Graph, Grid};
-
-/// Names of the entries of [`Deposits::counters`].
-pub const COUNTERS: [&str; constants::COUNTERS as usize] = {
-    let mut names = [""; constants::COUNTERS as usize];
-    names[constants::COUNT_MIN_RADIUS as usize] = "footprints_raised_to_minimum";
-    names[constants::COUNT_MAX_RADIUS as usize] = "footprints_cut_to_maximum";
-    names[constants::COUNT_ANISOTROPY as usize] = "footprints_beyond_anisotropy";
-    names[constants::COUNT_GRAZING as usize] = "deposits_refused_as_grazing";
-    names[constants::COUNT_OVERFLOW as usize] = "photons_without_room";
-    names[constants::COUNT_NOT_FINITE as usize] = "photons_not_finite";
-    names
-};
 
 /// One class of photons.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,46 +60,6 @@ impl Footprint {
             Self::Density { min, max } => (FOOTPRINT_DENSITY, min, max),
             Self::Fixed(radius) => (FOOTPRINT_FIXED, radius, radius),
         }
-    }
-}
-
-/// Deposits of all classes, in order of emission class, bounce and photon.
-#[derive(Debug)]
-pub struct Deposits {
-    /// Photons with their footprints.
-    pub photons: Buf<Photon>,
-    /// Boxes of the footprints.
-    pub boxes: Buf<Aabb>,
-    /// How many.
-    pub count: Buf<u32>,
-    /// How many did not fit.
-    pub overflow: Buf<u32>,
-    /// Guards that fired, [`COUNTERS`].
-    pub counters: Buf<u32>,
-    /// Per class: photons still in flight after the last bounce.
-    pub truncated: Vec<Buf<u32>>,
-}
-
-impl Deposits {
-    /// An empty map with room for `capacity` deposits.
-    pub fn new(g: &mut Graph, capacity: u32) -> Self {
-        let mut deposits = Self {
-            photons: g.buffer("deposits", capacity),
-            boxes: g.buffer("deposit_boxes", capacity),
-            count: g.buffer("deposit_count", 1),
-            overflow: g.buffer("deposit_overflow", 1),
-            counters: g.buffer("photon_counters", COUNTERS.len() as u32),
-            truncated: Vec::new(),
-        };
-        g.fill(&mut deposits.count, 0);
-        g.fill(&mut deposits.overflow, 0);
-        g.fill(&mut deposits.counters, 0);
-        deposits
-    }
-
-    /// Room for `capacity` light vertices ([`trace_vertices`]), which have no boxes.
-    pub fn vertices(g: &mut Graph, capacity: u32) -> Self {
-        Self { boxes: g.buffer("no_boxes", 1), ..Self::new(g, capacity) }
     }
 }
 

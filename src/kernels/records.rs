@@ -1,11 +1,11 @@
 //! Photons as small records (Mara, Luebke and McGuire 2013, section 4): 20 bytes instead of 64, or 12 relative to a cell or tile.
 //! The layouts, and what they lose, stand in glsl/lib/packed_photon.glsl.
 
+use super::deposits::Deposits;
 use super::generated::{
     Photon, PhotonPack, PhotonPackBindings, PhotonRadii, PhotonRadiiBindings, PhotonSortRecords,
     PhotonSortRecordsBindings, RadiusRange,
 };
-use super::photon::Deposits;
 use super::{Items, reduce};
 use crate::constants::PACKED_WORDS;
 use crate::graph::{Buf, Graph, Grid};

@@ -4,10 +4,10 @@
 use std::fmt::Write;
 
 use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::deposits::Deposits;
 use nephroid::kernels::gather::reference::{Disc, lambert_hit};
 use nephroid::kernels::gather::{Amplification, Band, Bounds, Points, Program, Shape, Weight, bounds, brute};
 use nephroid::kernels::generated::{Camera, EyeHit};
-use nephroid::kernels::photon::Deposits;
 
 use crate::support::gather::{Light, gathered, lambert};
 use crate::support::harness::Harness;

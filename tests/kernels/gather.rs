@@ -2,6 +2,7 @@
 //! hard.
 
 use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::deposits::Deposits;
 use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
 use nephroid::kernels::gather::{
@@ -10,7 +11,7 @@ use nephroid::kernels::gather::{
 };
 use nephroid::kernels::generated::EyeHit;
 use nephroid::kernels::lbvh;
-use nephroid::kernels::photon::{self, Deposits};
+use nephroid::kernels::photon;
 
 use crate::support::gather::{Light, difference, gathered_at, lambert, room};
 use crate::support::harness::Harness;

@@ -1,10 +1,10 @@
 //! The hash grid: its filing and its table against the specification, and gathers where cells are hard to get right.
 
+use nephroid::kernels::deposits::{COUNTERS, Deposits};
 use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, NONE, Options, hash, hash_grid, slots};
 use nephroid::kernels::gather::reference::{Disc, lambert_hit};
 use nephroid::kernels::gather::{Weight, brute, hash_reference};
 use nephroid::kernels::generated::{Aabb, EyeHit, HashLevel, HashSlot, Photon};
-use nephroid::kernels::photon::{COUNTERS, Deposits};
 use nephroid::kernels::reduce;
 
 use crate::support::gather::{Light, difference, gathered, lambert, room};

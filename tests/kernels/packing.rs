@@ -2,12 +2,13 @@
 //! never light.
 
 use nephroid::graph::{Buf, DeviceClass, Graph};
+use nephroid::kernels::deposits::Deposits;
 use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, Options, hash, hash_grid};
 use nephroid::kernels::gather::reference::{Disc, gather};
 use nephroid::kernels::gather::{Band, Points, Program, Weight, bvh, tiled};
 use nephroid::kernels::generated::EyeHit;
 use nephroid::kernels::lbvh;
-use nephroid::kernels::photon::{self, Deposits};
+use nephroid::kernels::photon;
 use nephroid::kernels::records::{self, Record};
 
 use crate::support::gather::{Light, difference, gathered, gathered_on, lambert, room};

@@ -1,11 +1,12 @@
 //! The stochastic walk through lists of photons: what it expects, by theory and on lists made up here.
 
 use nephroid::graph::{Buf, Graph};
+use nephroid::kernels::deposits::Deposits;
 use nephroid::kernels::gather::hash::Options as HashOptions;
 use nephroid::kernels::gather::reference::{Disc, gather, lambert_hit};
 use nephroid::kernels::gather::{Points, Program, Walk, Weight, brute, bvh, hash, hash_grid};
 use nephroid::kernels::lbvh;
-use nephroid::kernels::photon::{self, Deposits};
+use nephroid::kernels::photon;
 
 use crate::support::gather::{gathered, lambert};
 use crate::support::harness::Harness;

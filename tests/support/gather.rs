@@ -2,10 +2,10 @@
 
 use nephroid::graph::{Buf, DeviceClass, Graph, Persistent};
 use nephroid::kernels::compact;
+use nephroid::kernels::deposits::{COUNTERS, Deposits};
 use nephroid::kernels::gather::reference::Disc;
 use nephroid::kernels::gather::{Band, Points, Program, Walk, Weight};
 use nephroid::kernels::generated::{Aabb, Camera, EyeHit, Pass, Photon};
-use nephroid::kernels::photon::{COUNTERS, Deposits};
 
 use super::harness::Harness;
 use super::random::Random;

@@ -3,8 +3,9 @@
 use super::brute::finish;
 use super::{Points, Program};
 use crate::graph::{Buf, Graph, Grid};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{GatherBvh, GatherBvhBindings, RadiusRange};
-use crate::kernels::photon::{Deposits, PhotonMap};
+use crate::kernels::photon::PhotonMap;
 use crate::kernels::records::Record;
 
 /// Writes the gathered radiance of the listed slots: caustic, then other light.

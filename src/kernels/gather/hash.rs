@@ -14,12 +14,12 @@ use super::brute::finish_always;
 use super::{Points, Program};
 pub use crate::constants::{HASH_LEVEL_SHIFT as HASH_BITS, HASH_LEVELS as LEVELS, HASH_NONE as NONE};
 use crate::graph::{Buf, Graph, Grid};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{
     Aabb, GatherHash, GatherHashBindings, GatherHashParams, HashExtent, HashExtentBindings, HashFile, HashFileBindings,
     HashInsert, HashInsertBindings, HashInsertParams, HashLevel, HashLevels, HashLevelsBindings, HashPack,
     HashPackBindings, HashSlot, Photon, PhotonSort, PhotonSortBindings, RadiusRange,
 };
-use crate::kernels::photon::Deposits;
 use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, reduce, sort};
 

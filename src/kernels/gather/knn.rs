@@ -10,13 +10,14 @@ use super::{Points, Program};
 use crate::constants::{KNN_DIGITS, KNN_LEAF};
 use crate::graph::{Buf, Graph, Grid};
 use crate::kernels::Items;
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{
     GatherKnn, GatherKnnBindings, GatherKnnParams, KnnKey, KnnLeaves, KnnLeavesBindings, KnnLeavesParams, KnnLevel,
     KnnLevelBindings, KnnLevelParams, KnnNode, KnnSelect, KnnSelectBindings, KnnSelectParams, KnnSum, KnnSumBindings,
     KnnSumParams, Photon,
 };
 use crate::kernels::lbvh;
-use crate::kernels::photon::{self, Deposits};
+use crate::kernels::photon;
 
 /// Largest k.
 pub const MAX_NEIGHBOURS: u32 = 512;

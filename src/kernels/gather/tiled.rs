@@ -13,13 +13,13 @@ use super::{Band, Points, Program};
 pub use crate::constants::MOST_TILES;
 use crate::constants::{PIXEL_ROWS, TILE_VECTORS};
 use crate::graph::{Buf, DeviceClass, DispatchArgs, Graph, Grid};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{
     Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, RadiusRange, TiledBounds, TiledBoundsBindings,
     TiledBoundsParams, TiledCover, TiledCoverBindings, TiledCoverParams, TiledFill, TiledFillBindings, TiledFillParams,
     TiledLevels, TiledLevelsBindings, TiledLevelsParams, TiledMark, TiledMarkBindings, TiledPack, TiledPackBindings,
     TiledRanges, TiledRangesBindings,
 };
-use crate::kernels::photon::Deposits;
 use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, scan, sort};
 

@@ -3,7 +3,8 @@
 use super::budget::PhotonBudget;
 use super::content::Content;
 use crate::graph::Graph;
-use crate::kernels::photon::{self, Deposits, Emission};
+use crate::kernels::deposits::Deposits;
+use crate::kernels::photon::{self, Emission};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::render::settings::Record;
 

@@ -2,8 +2,9 @@
 
 use super::content::Content;
 use crate::graph::{Buf, Graph};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::gather::{self, Band, Bounds, HashGrid, Points, Program, Shape, hash};
-use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::kernels::photon::{self, PhotonMap};
 use crate::kernels::records::{self, Records};
 use crate::kernels::{Items, lbvh, reduce};
 use crate::render::settings::{Estimator, Record};

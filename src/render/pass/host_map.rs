@@ -2,9 +2,10 @@
 
 use crate::error::Result;
 use crate::graph::{Graph, Persistent, Readback, Runtime};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{Aabb, BvhNode, Photon};
 use crate::kernels::lbvh::Lbvh;
-use crate::kernels::photon::{self, Deposits, PhotonMap};
+use crate::kernels::photon::{self, PhotonMap};
 use crate::kernels::records::{self, Record};
 use crate::kernels::vvh;
 use crate::render::scene::memory::Memory;

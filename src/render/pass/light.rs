@@ -6,8 +6,8 @@ use super::content::Content;
 use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
 use crate::graph::Graph;
+use crate::kernels::deposits::Deposits;
 use crate::kernels::light::{self, Splats};
-use crate::kernels::photon::Deposits;
 use crate::kernels::scene_data::SceneBuffers;
 use crate::render::scene::camera::device_camera;
 

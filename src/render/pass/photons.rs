@@ -7,9 +7,10 @@ use super::estimator::{self, Structure};
 use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
 use crate::graph::{Buf, Graph};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::eye::EyeHits;
 use crate::kernels::gather::{Band, Points, Program};
-use crate::kernels::photon::{Deposits, PhotonMap};
+use crate::kernels::photon::PhotonMap;
 use crate::kernels::scene_data::SceneBuffers;
 
 /// The photons of a pass and what the estimator built from them; `None` without photons.

@@ -117,7 +117,7 @@ impl Recording {
         self.parts.iter().map(words).sum()
     }
 
-    /// [`crate::kernels::photon::COUNTERS`] of the last pass; none without photons.
+    /// [`crate::kernels::deposits::COUNTERS`] of the last pass; none without photons.
     pub fn counters(&self) -> Vec<u32> {
         let read = |part: &Part| part.reports.counters.as_ref().map(|r| part.executable.read(r));
         self.parts.iter().find_map(read).unwrap_or_default()

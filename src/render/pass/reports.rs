@@ -1,8 +1,8 @@
 //! Numbers that a pass brings to the host.
 
 use crate::graph::{Graph, Readback};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::Photon;
-use crate::kernels::photon::Deposits;
 
 /// Numbers that a pass brings to the host.
 #[derive(Default)]

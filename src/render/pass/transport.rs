@@ -3,9 +3,9 @@
 
 use super::content::Content;
 use crate::graph::{Buf, Graph};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::eye::View;
 use crate::kernels::generated::Camera;
-use crate::kernels::photon::Deposits;
 use crate::kernels::scene_data::SceneBuffers;
 
 /// A method of light transport, prepared for a pass: its photons are traced and their map is built, if it has any.

@@ -1,7 +1,7 @@
 //! Counts of a session over all its passes.
 
 use crate::film::film_file::Totals;
-use crate::kernels::photon::COUNTERS;
+use crate::kernels::deposits::COUNTERS;
 
 /// Counts over all passes so far.
 #[derive(Debug, Clone, Default, PartialEq)]
