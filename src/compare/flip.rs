@@ -114,8 +114,8 @@ pub fn ldr(picture: &Picture, reference: &Picture, name: &str, pixels_per_degree
     }))
 }
 
-/// HDR-FLIP of one layer, over the exposures that suit the reference ([`Exposures::of`]). Negative colours count as 0; a
-/// pixel that is not finite in the picture has the difference 1. None for a layer that is no colour.
+/// HDR-FLIP of one layer, over the exposures that suit the reference ([`Exposures::of`]). Negative colours count as 0;
+/// a pixel that is not finite in the picture has the difference 1. None for a layer that is no colour.
 ///
 /// # Errors
 /// Those of [`crate::compare::metrics::compare`].

@@ -128,13 +128,13 @@ pub struct Film {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Exponents of the powers of two that radiance and depth are counted in: from the scene, so that scaling a scene by a
-    /// power of two changes no bit.
+    /// Exponents of the powers of two that radiance and depth are counted in: from the scene, so that scaling a scene
+    /// by a power of two changes no bit.
     pub exponents: [i32; 2],
     /// Passes added.
     pub passes: PassSet,
-    /// Pixel values that were not finite (they count as 0) or beyond the range of the sums (they are cut). A correct renderer
-    /// keeps this at 0.
+    /// Pixel values that were not finite (they count as 0) or beyond the range of the sums (they are cut). A correct
+    /// renderer keeps this at 0.
     pub rejected: u64,
     /// [`SUMS`] per pixel, rows from the top.
     pub sums: Vec<[ExactSum; SUMS]>,

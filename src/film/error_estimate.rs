@@ -1,25 +1,26 @@
-//! How wrong a film is, by what it holds itself: noise from the spread of its passes, bias of the finite footprints from
-//! the trend of its passes with the footprints' size.
+//! How wrong a film is, by what it holds itself: noise from the spread of its passes, bias of the finite footprints
+//! from the trend of its passes with the footprints' size.
 //!
 //! **Noise.** The standard error of a mean of N independent passes is the root of their variance over N. Samples are
 //! stratified over passes, so for direct light and edges the true error is often smaller; it is not greater.
 //!
 //! **Bias.** A kernel estimate of radius r is off by a multiple of r^2 to leading order (Silverman 1986, section 4.3;
-//! for photons Hachisuka, Jarosz and Jensen 2010, equation 12; for radii that follow the pass alone Knaus and Zwicker 2011,
-//! section 4). Pass i then has the expectation L + B x_i, where x_i is its squared footprint scale, and every pass is one
-//! observation of that line: B is the slope of the regression of the passes on x_i, and B mean(x) the bias of their mean.
-//! Instead of Laplacians or a second radius this takes one more sum per pixel, sum x_i v_i, and uses the whole schedule.
-//! Noise of photons grows as 1 / x, so the early passes, which decide about the slope, know it well. Where the noise is even
-//! (direct light that rules the picture) part of it passes for bias, and the estimate is too great by up to a factor of 2.
-//! Where the bias falls more slowly than r^2 (at edges with r, at steps of the light not at all until they are beyond
-//! the footprint) it is underestimated.
+//! for photons Hachisuka, Jarosz and Jensen 2010, equation 12; for radii that follow the pass alone Knaus and Zwicker
+//! 2011, section 4). Pass i then has the expectation L + B x_i, where x_i is its squared footprint scale, and every
+//! pass is one observation of that line: B is the slope of the regression of the passes on x_i, and B mean(x) the bias
+//! of their mean. Instead of Laplacians or a second radius this takes one more sum per pixel, sum x_i v_i, and uses the
+//! whole schedule. Noise of photons grows as 1 / x, so the early passes, which decide about the slope, know it well.
+//! Where the noise is even (direct light that rules the picture) part of it passes for bias, and the estimate is too
+//! great by up to a factor of 2. Where the bias falls more slowly than r^2 (at edges with r, at steps of the light not
+//! at all until they are beyond the footprint) it is underestimated.
 //!
 //! **Light not seen yet.** A pixel that no photon has reached has no spread, which proves nothing: what happens with
 //! probability p per pass is missed by N passes with probability (1 - p)^N, so with confidence c it happens less than
-//! ln(1 / (1 - c)) times in N passes (for 95 % the rule of three; Hanley and Lippman-Hand 1983). The same allowance, times
-//! the brightness of one event, is added everywhere. For rare events variance over mean is the brightness of one (Fano 1947),
-//! and where events are common it is small against the noise. Where a pixel has seen few, its neighbours are asked too,
-//! and where it has seen none, [`Model::event`], the light of one photon that came where nobody looked for it.
+//! ln(1 / (1 - c)) times in N passes (for 95 % the rule of three; Hanley and Lippman-Hand 1983). The same allowance,
+//! times the brightness of one event, is added everywhere. For rare events variance over mean is the brightness of one
+//! (Fano 1947), and where events are common it is small against the noise. Where a pixel has seen few, its neighbours
+//! are asked too, and where it has seen none, [`Model::event`], the light of one photon that came where nobody looked
+//! for it.
 
 use super::accumulate::{Film, PassSet, SUMS};
 use super::exact::ExactSum;
@@ -34,8 +35,8 @@ pub enum Bias {
     Estimated,
     /// The method has none.
     None,
-    /// There is some that the passes do not show, because footprints do not follow the schedule or light is filtered over the
-    /// picture: the estimate is of the noise alone.
+    /// There is some that the passes do not show, because footprints do not follow the schedule or light is filtered
+    /// over the picture: the estimate is of the noise alone.
     Unknown,
 }
 
@@ -67,8 +68,9 @@ pub struct Schedule {
     mean: f64,
     /// Sum of (x - mean)^2.
     spread: f64,
-    /// Sum of (x - mean)^2 / x over the mean of 1 / x, in units of `spread`: by how much the slope is better known than under
-    /// even noise if noise is that of photons, which grows as 1 / x. The early passes, which decide, are then the best.
+    /// Sum of (x - mean)^2 / x over the mean of 1 / x, in units of `spread`: by how much the slope is better known than
+    /// under even noise if noise is that of photons, which grows as 1 / x. The early passes, which decide, are then the
+    /// best.
     leverage: f64,
 }
 
@@ -160,21 +162,21 @@ impl ErrorEstimate {
         self.schedule.count as u64
     }
 
-    /// Standard error of the mean, from the spread of the passes: per pixel, row by row, red, green and blue; infinite for fewer
-    /// than two passes.
+    /// Standard error of the mean, from the spread of the passes: per pixel, row by row, red, green and blue; infinite
+    /// for fewer than two passes.
     pub fn standard_error(&self) -> Vec<f32> {
         let known = self.schedule.count >= 2.0;
         self.numbers.as_flattened().iter().map(|n| if known { n.noise } else { f32::INFINITY }).collect()
     }
 
-    /// Estimated difference between the expectation of the mean and the limit of infinitely small footprints: per pixel, row by row,
-    /// red, green and blue; zero unless [`Bias::Estimated`] and for fewer than three passes.
+    /// Estimated difference between the expectation of the mean and the limit of infinitely small footprints: per
+    /// pixel, row by row, red, green and blue; zero unless [`Bias::Estimated`] and for fewer than three passes.
     pub fn bias_of_mean(&self) -> Vec<f32> {
         self.numbers.as_flattened().iter().map(|n| n.bias).collect()
     }
 
-    /// What the error of the picture stays below with probability `confidence` (0 ... 1, exclusive) at each pixel: row by row,
-    /// red, green and blue; infinite for fewer than two passes. Errors of neighbours are not independent.
+    /// What the error of the picture stays below with probability `confidence` (0 ... 1, exclusive) at each pixel: row
+    /// by row, red, green and blue; infinite for fewer than two passes. Errors of neighbours are not independent.
     pub fn bound(&self, confidence: f64) -> Vec<f32> {
         if self.schedule.count < 2.0 {
             return vec![f32::INFINITY; 3 * self.numbers.len()];
@@ -194,8 +196,9 @@ impl ErrorEstimate {
         fits_trend(self.schedule, self.bias)
     }
 
-    /// Mean over the pixel and its neighbours, because one slope alone may be near zero by chance. A squared slope is on average
-    /// too great by its own variance; only half of that is taken off, because neighbours that share photons err alike.
+    /// Mean over the pixel and its neighbours, because one slope alone may be near zero by chance. A squared slope is
+    /// on average too great by its own variance; only half of that is taken off, because neighbours that share photons
+    /// err alike.
     fn squared_bias(&self, pixel: usize, channel: usize) -> f64 {
         let excess = |n: Number| f64::from(n.bias).powi(2) - 0.5 * f64::from(n.bias_noise).powi(2);
         let (count, sum) =
@@ -294,7 +297,8 @@ mod tests {
         (1.0 + index as f32).powf(-1.0 / 6.0)
     }
 
-    /// A film of rows of 50 pixels, or of one shorter row, with the passes 0 .. `passes` of the grey values `value(pixel, pass, x)`.
+    /// A film of rows of 50 pixels, or of one shorter row, with the passes 0 .. `passes` of the grey values
+    /// `value(pixel, pass, x)`.
     fn film(pixels: u32, passes: u64, mut value: impl FnMut(u32, u64, f32) -> f32) -> Film {
         let width = pixels.min(50);
         let mut film = Film::new(width, pixels.checked_div(width).unwrap_or(0), [3, 0], false);
@@ -347,7 +351,8 @@ mod tests {
         (held, ratios[ratios.len() / 2])
     }
 
-    /// Root mean square of the error over the pixels, relative to a true value of 1 and the tenth of it that black counts.
+    /// Root mean square of the error over the pixels, relative to a true value of 1 and the tenth of it that black
+    /// counts.
     fn true_relative(film: &Film) -> f64 {
         let picture = film.picture();
         let squares = picture.layers[0].data.iter().map(|x| f64::from(x - 1.0).powi(2) / 1.01);

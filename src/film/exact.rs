@@ -1,9 +1,9 @@
 //! Sums without rounding: the specification that the film kernel (`glsl/lib/exact_sum.glsl`) mirrors.
 //!
-//! A sum is a 128-bit two's complement integer in units of 2^-64. Every f32 between 2^-40 and 2^46 is a multiple of that
-//! unit, so sums are exact, and because integer addition is associative, passes may be added in any order and in any
-//! grouping and give the same bits. Floating sums, however long, do not have that property: a render that was resumed or
-//! merged from parts would differ in its last bits from one that ran through.
+//! A sum is a 128-bit two's complement integer in units of 2^-64. Every f32 between 2^-40 and 2^46 is a multiple of
+//! that unit, so sums are exact, and because integer addition is associative, passes may be added in any order and in
+//! any grouping and give the same bits. Floating sums, however long, do not have that property: a render that was
+//! resumed or merged from parts would differ in its last bits from one that ran through.
 
 /// Units in one.
 const UNITS: f64 = 18_446_744_073_709_551_616.0; // 2^64
@@ -26,8 +26,8 @@ impl ExactSum {
         [0, 32, 64, 96].map(|shift| (self.0 as u128 >> shift) as u32)
     }
 
-    /// Adds a finite number of magnitude up to [`LARGEST`]. Below 2^-40 it is rounded to a multiple of 2^-64; a denormal one
-    /// counts as zero.
+    /// Adds a finite number of magnitude up to [`LARGEST`]. Below 2^-40 it is rounded to a multiple of 2^-64; a
+    /// denormal one counts as zero.
     pub fn plus(self, x: f32) -> Self {
         debug_assert!(x.abs() <= LARGEST, "{x} is beyond the range of an exact sum");
         let bits = x.to_bits();

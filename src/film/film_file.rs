@@ -1,9 +1,9 @@
-//! Films in files: an OpenEXR picture that anyone can look at, with the exact sums behind it as further channels of 32-bit
-//! unsigned integers, and everything that is needed to go on with them as one JSON text in the metadata.
+//! Films in files: an OpenEXR picture that anyone can look at, with the exact sums behind it as further channels of
+//! 32-bit unsigned integers, and everything that is needed to go on with them as one JSON text in the metadata.
 //!
-//! Checkpoints, parts of a render and merged films are the same kind of file. A sum is four channels, least significant word
-//! first: `film.value.R.0` ... `film.value.R.3`. The attribute `nephroid.film` holds [`About`], with a SHA-256 of the sums, so
-//! that a damaged file is refused rather than shown.
+//! Checkpoints, parts of a render and merged films are the same kind of file. A sum is four channels, least significant
+//! word first: `film.value.R.0` ... `film.value.R.3`. The attribute `nephroid.film` holds [`About`], with a SHA-256 of
+//! the sums, so that a damaged file is refused rather than shown.
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -1,7 +1,8 @@
 //! The command-graph scheduler: declare passes, plan them without a device, run the plan as often as wanted.
 //!
 //! ```text
-//! Graph (declare) --plan()--> Plan (pure data: kept and culled passes, phases, memory) --Runtime::prepare--> Executable
+//! Graph (declare) --plan()--> Plan (pure data: kept and culled passes, phases, memory)
+//!                 --Runtime::prepare()--> Executable
 //! ```
 //! Passes run in declaration order, grouped into phases with one global barrier between two phases. Nothing on the way
 //! to the command buffer iterates an unordered map: the same declarations give the same plan and the same bits.

@@ -2,8 +2,8 @@
 
 use super::declare::{Bindings, Graph, Kernel, Operation, WindowSpec, groups_of};
 
-/// Longest window in bytes: the least `maxStorageBufferRange` that Vulkan guarantees. Devices with more could take longer
-/// windows, but then the plan would depend on the device.
+/// Longest window in bytes: the least `maxStorageBufferRange` that Vulkan guarantees. Devices with more could take
+/// longer windows, but then the plan would depend on the device.
 const WINDOW_BYTES: u64 = 1 << 27;
 
 /// Windows start at multiples of this many items, and so, whatever an item's size, at multiples of 256 bytes: the

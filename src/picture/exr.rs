@@ -385,7 +385,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(400))]
         #[test]
-        fn random_damage_never_panics(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8)) {
+        fn random_damage_never_panics(
+            edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8)
+        ) {
             let mut bytes = encoded();
             for (at, value) in edits {
                 let at = at.index(bytes.len());

@@ -2,8 +2,8 @@
 //!
 //! A file is written under a temporary name in its own folder, flushed to the disk and renamed: a reader sees the old
 //! file or the new one, even after a crash, and a failure leaves nothing behind. [`Destination::check`] makes the same
-//! steps without content before a render starts, because an hour of rendering must not end with `permission denied`; it also
-//! removes what processes that were killed left behind.
+//! steps without content before a render starts, because an hour of rendering must not end with `permission denied`; it
+//! also removes what processes that were killed left behind.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};

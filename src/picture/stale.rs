@@ -1,8 +1,8 @@
 //! Temporary files of programs that were killed.
 //!
-//! Whoever writes a temporary file holds a lock on it for as long as it lives; the operating system releases the locks of a
-//! dead process. So a file with our naming pattern, for the very file that is about to be written, that can be locked, belongs
-//! to nobody. Where the file system has no locks, nothing is removed.
+//! Whoever writes a temporary file holds a lock on it for as long as it lives; the operating system releases the locks
+//! of a dead process. So a file with our naming pattern, for the very file that is about to be written, that can be
+//! locked, belongs to nobody. Where the file system has no locks, nothing is removed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -26,8 +26,8 @@ fn belongs(name: &OsStr, target: &OsStr) -> bool {
     random.is_some_and(|random| random.len() == RANDOM && random.iter().all(u8::is_ascii_alphanumeric))
 }
 
-/// Removes the temporary files in `folder` that dead processes left of writing `target`. What cannot be removed stays: it is in
-/// nobody's way.
+/// Removes the temporary files in `folder` that dead processes left of writing `target`. What cannot be removed stays:
+/// it is in nobody's way.
 pub(super) fn remove_stale(folder: &Path, target: &OsStr) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| belongs(&entry.file_name(), target)) {

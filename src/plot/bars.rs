@@ -45,10 +45,11 @@ impl Bars {
         for tick in &x.ticks {
             let (at, y, grid) = (x.at(tick.value), bottom + 16.0, GRID[0]);
             let label = tick.label.as_deref().unwrap_or_default();
+            let ends = format!(r#"x1="{at:.2}" x2="{at:.2}" y1="{top}" y2="{bottom}""#);
             put(
                 &mut body,
                 format_args!(
-                    r#"<line class="np-grid" color="{grid}" x1="{at:.2}" x2="{at:.2}" y1="{top}" y2="{bottom}" stroke="currentColor"/>
+                    r#"<line class="np-grid" color="{grid}" {ends} stroke="currentColor"/>
 <text x="{at:.2}" y="{y}" text-anchor="middle">{label}</text>"#
                 ),
             );
@@ -72,13 +73,9 @@ impl Bars {
             if value > 0.0 && end.is_finite() {
                 let (paint, title) = (Look { index, dashed: false }.paint(), escape(&format!("{part}: {value}")));
                 let (wide, high, y) = (end - start, STEP - 8.0, y + 4.0);
-                put(
-                    body,
-                    format_args!(
-                        r#"<g class="part"><title>{title}</title><rect {paint} x="{start:.2}" y="{y}" width="{wide:.2}" height="{high}" fill="currentColor" fill-opacity="{}"/></g>"#,
-                        opacity(index)
-                    ),
-                );
+                let place = format!(r#"x="{start:.2}" y="{y}" width="{wide:.2}" height="{high}""#);
+                let fill = format!(r#"fill="currentColor" fill-opacity="{}""#, opacity(index));
+                put(body, format_args!(r#"<g class="part"><title>{title}</title><rect {paint} {place} {fill}/></g>"#));
             }
         }
     }
@@ -94,10 +91,11 @@ impl Bars {
             }
             let (paint, opacity) = (Look { index, dashed: false }.paint(), opacity(index));
             let (tx, ty, name) = (x + 18.0, y + 10.0, escape(&name));
+            let fill = format!(r#"fill="currentColor" fill-opacity="{opacity}""#);
             put(
                 &mut body,
                 format_args!(
-                    r#"<rect {paint} x="{x:.2}" y="{y}" width="12" height="12" fill="currentColor" fill-opacity="{opacity}"/>
+                    r#"<rect {paint} x="{x:.2}" y="{y}" width="12" height="12" {fill}/>
 <text class="legend" x="{tx:.2}" y="{ty}">{name}</text>"#
                 ),
             );

@@ -24,7 +24,6 @@ pub(super) fn marker(class: &str, look: Look, [x, y]: [f64; 2], title: Option<&s
         String::new()
     };
     let inside = if look.dashed { "none" } else { "currentColor" };
-    format!(
-        r#"<g class="{class}" transform="translate({x:.2} {y:.2})">{title}{fill}<path {paint} d="{shape}" fill="{inside}" stroke="currentColor" stroke-width="1"/></g>"#
-    )
+    let outline = format!(r#"<path {paint} d="{shape}" fill="{inside}" stroke="currentColor" stroke-width="1"/>"#);
+    format!(r#"<g class="{class}" transform="translate({x:.2} {y:.2})">{title}{fill}{outline}</g>"#)
 }

@@ -28,7 +28,8 @@ struct Line<'a> {
     comment: &'a str,
 }
 
-/// The constants for the host of all files below `root`: those of `shared` first, then by file, in the order of the text.
+/// The constants for the host of all files below `root`: those of `shared` first, then by file, in the order of the
+/// text.
 pub fn read(root: &Path) -> Result<Vec<HostConstant>, String> {
     let mut found = Vec::new();
     let mut shared = BTreeMap::new();

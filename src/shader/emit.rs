@@ -4,7 +4,8 @@ use super::{Kernel, Stage, Struct, Type};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// Structs that the graph itself has to know: counts of an indirect dispatch and of an indirect draw, laid out by Vulkan.
+/// Structs that the graph itself has to know: counts of an indirect dispatch and of an indirect draw, laid out by
+/// Vulkan.
 const INDIRECT: [&str; 2] = ["DispatchArgs", "DrawArgs"];
 
 /// The text of the generated file. Two kernels that use a struct of one name must agree on its layout.
@@ -225,7 +226,8 @@ fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
     }
     let _ = write!(
         text,
-        "}}\nimpl crate::graph::Bindings for {name}Bindings<'_> {{\n    fn uses(&self) -> Vec<crate::graph::Use> {{\n        vec![\n"
+        "}}\nimpl crate::graph::Bindings for {name}Bindings<'_> {{\n    fn uses(&self) -> \
+         Vec<crate::graph::Use> {{\n        vec![\n"
     );
     for b in &kernel.bindings {
         let call = if b.read_only { "read" } else { "write" };

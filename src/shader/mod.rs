@@ -1,6 +1,7 @@
 //! Kernels at build time: GLSL to SPIR-V ([`Compiler`]), SPIR-V to a description ([`reflect`]), descriptions to Rust
-//! ([`emit`]); constants of GLSL to constants of Rust ([`mod@constants`]). Part of the build script and of its test, not of the library: GLSL is the truth for every layout that
-//! host and kernels share, and nothing generated is committed.
+//! ([`emit`]); constants of GLSL to constants of Rust ([`mod@constants`]). Part of the build script and of its test,
+//! not of the library: GLSL is the truth for every layout that host and kernels share, and nothing generated is
+//! committed.
 
 mod compile;
 pub mod constants;

@@ -16,7 +16,8 @@ const VULKAN_HEADER_BYTES: usize = 32;
 /// More than any cache of this crate's kernels; a larger file is not ours.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// The folder for caches: `$XDG_CACHE_HOME/nephroid`, else `$HOME/.cache/nephroid`; none if neither is an absolute path.
+/// The folder for caches: `$XDG_CACHE_HOME/nephroid`, else `$HOME/.cache/nephroid`; none if neither is an absolute
+/// path.
 pub fn default_cache_dir() -> Option<PathBuf> {
     let folder = |variable: &str| std::env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
     let base = folder("XDG_CACHE_HOME").or_else(|| folder("HOME").map(|home| home.join(".cache")));

@@ -68,7 +68,8 @@ impl Core {
         let name = candidate.info.name.clone();
         let queue_family = candidate.queue_family.ok_or_else(|| Error::NoDevice(format!("'{name}' cannot compute")))?;
         let raw = create_device(&instance, &candidate, queue_family)?;
-        // SAFETY: family and index 0 are those the device was created with (VUID-vkGetDeviceQueue-queueFamilyIndex-00384).
+        // SAFETY: family and index 0 are those the device was created with
+        // (VUID-vkGetDeviceQueue-queueFamilyIndex-00384).
         let queue = Queue { raw: unsafe { raw.get_device_queue(queue_family, 0) }, submitted: 0 };
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);

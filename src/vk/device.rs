@@ -60,7 +60,8 @@ pub struct Device {
 /// All physical devices, in the order of their numbers, usable or not.
 ///
 /// # Errors
-/// [`Error::NoDevice`] without a Vulkan loader or driver; [`Error::Vulkan`] if enumeration fails. The list may be empty.
+/// [`Error::NoDevice`] without a Vulkan loader or driver; [`Error::Vulkan`] if enumeration fails. The list may be
+/// empty.
 pub fn devices() -> Result<Vec<DeviceInfo>> {
     let instance = Instance::new(false, NEWEST)?;
     Ok(candidates(&instance)?.into_iter().map(|candidate| candidate.info).collect())

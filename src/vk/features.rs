@@ -4,7 +4,8 @@ use ash::vk;
 
 macro_rules! features {
     ($($field:ident $variant:ident $text:literal)*) => {
-        /// Optional abilities of a device, as reported by the driver; [`super::Device::open`] enables all that are there.
+        /// Optional abilities of a device, as reported by the driver; [`super::Device::open`] enables all that are
+        /// there.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct Features { $(#[doc = $text] pub $field: bool,)* }
 

@@ -42,7 +42,8 @@ pub(super) struct Instance {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
 }
 
-/// The loader's library stays loaded: unloading drivers while other threads hold instances is a known source of crashes.
+/// The loader's library stays loaded: unloading drivers while other threads hold instances is a known source of
+/// crashes.
 pub(super) fn entry() -> Result<&'static ash::Entry> {
     static ENTRY: OnceLock<std::result::Result<ash::Entry, String>> = OnceLock::new();
     // SAFETY: loading runs the initialisers of the system's own Vulkan loader, which has no preconditions; the
@@ -92,8 +93,8 @@ impl Instance {
         if validate {
             info = info.push_next(&mut features).push_next(&mut messages);
         }
-        // SAFETY: the layers and extensions named are reported as present (VUID-vkCreateInstance-ppEnabledExtensionNames-01388);
-        // all pointers in `info` outlive the call.
+        // SAFETY: the layers and extensions named are reported as present
+        // (VUID-vkCreateInstance-ppEnabledExtensionNames-01388); all pointers in `info` outlive the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|code| {
             let hint = match code {
                 vk::Result::ERROR_INCOMPATIBLE_DRIVER => {

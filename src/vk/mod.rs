@@ -35,8 +35,9 @@
 //!
 //! There is one queue and one kind of barrier, [`Recorder::barrier`]: global, covering kernels (compute and graphics),
 //! indirect arguments and transfers. Images have barriers of their own, inside [`Recorder::begin_picture`] and
-//! [`Recorder::end_picture`]: between these two they are drawn on, afterwards copied from. Each [`Commands`] starts with that barrier, so runs follow each other in submission order, and ends with
-//! one that makes all writes visible to the host. A timeline semaphore counts the submissions of a device.
+//! [`Recorder::end_picture`]: between these two they are drawn on, afterwards copied from. Each [`Commands`] starts
+//! with the global barrier, so runs follow each other in submission order, and ends with one that makes all writes
+//! visible to the host. A timeline semaphore counts the submissions of a device.
 //!
 //! # Memory
 //!
@@ -58,9 +59,10 @@
 //! | how a device is chosen | `select.rs` |
 //! | queue, waiting, tear-down | `core.rs`, `device.rs` |
 //! | memory: kinds and books; buffers | `memory.rs`, `buffer.rs` |
-//! | pipelines; which are made already; the file of the pipeline cache | `pipeline.rs`, `pipeline_store.rs`, `cache.rs` |
+//! | pipelines | `pipeline.rs`, `raster_pipeline.rs` |
+//! | which pipelines are made already; the file of the pipeline cache | `pipeline_store.rs`, `cache.rs` |
 //! | recording; replay, timestamps, crash markers | `record.rs`, `commands.rs` |
-//! | attachments, their formats; graphics pipelines; recording draws | `image.rs`, `image_kind.rs`, `raster_pipeline.rs`, `raster.rs` |
+//! | attachments, their formats; recording draws | `image.rs`, `image_kind.rs`, `raster.rs` |
 //! | errors and strings of calls | `call.rs` |
 //! | the loop-cut probe | `probe.rs` |
 //!

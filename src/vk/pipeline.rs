@@ -13,8 +13,8 @@ const SPIRV_MAGIC: u32 = 0x0723_0203;
 
 /// A compute kernel as the device sees it. The entry point is `main`; all buffers are storage buffers in set 0.
 ///
-/// Creating a pipeline panics if `spirv` is no SPIR-V, if `push_bytes` is no multiple of 4 or above [`Limits::PUSH_BYTES`], or if a binding or
-/// constant is named twice: such a description is wrong on every device.
+/// Creating a pipeline panics if `spirv` is no SPIR-V, if `push_bytes` is no multiple of 4 or above
+/// [`Limits::PUSH_BYTES`], or if a binding or constant is named twice: such a description is wrong on every device.
 #[derive(Clone, Copy, Debug)]
 pub struct PipelineDesc<'a> {
     /// For debuggers and errors.

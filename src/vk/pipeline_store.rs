@@ -1,5 +1,5 @@
-//! The pipelines of a device: each is made once per kernel and constants, and remembered in memory and, where the driver
-//! uses it, on disk.
+//! The pipelines of a device: each is made once per kernel and constants, and remembered in memory and, where the
+//! driver uses it, on disk.
 
 use super::cache::CacheFile;
 use super::call::{failed, lock};

@@ -1,5 +1,5 @@
-//! Recording graphics passes: images are drawn on between [`Recorder::begin_picture`] and [`Recorder::end_picture`], and
-//! copied to buffers afterwards. Their barriers are all here; buffers follow the rules of every other pass.
+//! Recording graphics passes: images are drawn on between [`Recorder::begin_picture`] and [`Recorder::end_picture`],
+//! and copied to buffers afterwards. Their barriers are all here; buffers follow the rules of every other pass.
 
 use super::buffer::Buffer;
 use super::core::Rendering;
@@ -86,8 +86,8 @@ impl Recorder {
         let (core, commands) = (&self.state.core, self.state.commands);
         let viewport = vk::Viewport::default().width(extent[0] as f32).height(extent[1] as f32).max_depth(1.0);
         // SAFETY: recording, outside of rendering; the attachments are views of images of this device in the layouts
-        // stated, which the barrier before gave them, and the area is theirs (VUID-VkRenderingInfo-pNext-06079, -06080);
-        // the device has dynamic rendering, for it has made images (`Device::image`).
+        // stated, which the barrier before gave them, and the area is theirs (VUID-VkRenderingInfo-pNext-06079,
+        // -06080); the device has dynamic rendering, for it has made images (`Device::image`).
         unsafe {
             match &core.rendering {
                 Rendering::Promoted => core.raw.cmd_begin_rendering(commands, &info),
@@ -178,8 +178,8 @@ impl Recorder {
             .image_extent(vk::Extent3D { width, height, depth: 1 })];
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         let (commands, from, to) = (self.state.commands, image.inner.raw, buffer.inner.raw);
-        // SAFETY: recording, outside of rendering; usages are set on image and buffer, the region is all of the image and
-        // lies in the buffer (VUID-vkCmdCopyImageToBuffer-pRegions-00183); `end_picture` left the layout.
+        // SAFETY: recording, outside of rendering; usages are set on image and buffer, the region is all of the image
+        // and lies in the buffer (VUID-vkCmdCopyImageToBuffer-pRegions-00183); `end_picture` left the layout.
         unsafe { self.state.core.raw.cmd_copy_image_to_buffer(commands, from, layout, to, &region) };
     }
 }

@@ -127,8 +127,8 @@ impl Recorder {
             }
         }
         if core.info.kind == DeviceKind::Software {
-            // Once anything was drawn, lavapipe takes a time only when it next has to finish its drawing, which may be after
-            // the work that follows. A dependency on nothing makes it finish now, and orders nothing.
+            // Once anything was drawn, lavapipe takes a time only when it next has to finish its drawing, which may be
+            // after the work that follows. A dependency on nothing makes it finish now, and orders nothing.
             self.depend(&vk::DependencyInfo::default());
         }
     }
@@ -175,8 +175,9 @@ impl Recorder {
         state.pipelines.insert(pipeline.raw.as_raw(), Arc::clone(pipeline));
         let (device, commands) = (&state.core.raw, state.commands);
         let point = pipeline.point();
-        // SAFETY: recording; pipeline, layout and set belong to each other (VUID-vkCmdBindDescriptorSets-pDescriptorSets-00358),
-        // the push range is the layout's (VUID-vkCmdPushConstants-offset-01795); all are kept until the commands are freed.
+        // SAFETY: recording; pipeline, layout and set belong to each other
+        // (VUID-vkCmdBindDescriptorSets-pDescriptorSets-00358), the push range is the layout's
+        // (VUID-vkCmdPushConstants-offset-01795); all are kept until the commands are freed.
         unsafe {
             device.cmd_bind_pipeline(commands, point, pipeline.raw);
             device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);

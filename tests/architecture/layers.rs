@@ -47,7 +47,7 @@ fn root() -> PathBuf {
 }
 
 /// Files below `folder` with one of the extensions (all if there are none), with their text, as paths from the root.
-fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
+pub fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut folders = vec![root().join(folder)];
     while let Some(folder) = folders.pop() {

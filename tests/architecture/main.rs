@@ -6,4 +6,5 @@ mod support;
 mod assets;
 mod features;
 mod layers;
+mod lengths;
 mod tools;

@@ -1,5 +1,5 @@
-//! FLIP beside the authors' program: `flip-evaluator` 1.7 from PyPI (its module for Python, numbers of 32 bits) gave the
-//! numbers below for the same pictures; `tools/verify-flip --rust` makes them anew.
+//! FLIP beside the authors' program: `flip-evaluator` 1.7 from PyPI (its module for Python, numbers of 32 bits) gave
+//! the numbers below for the same pictures; `tools/verify-flip --rust` makes them anew.
 
 use super::*;
 
