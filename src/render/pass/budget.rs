@@ -13,7 +13,8 @@ pub struct PhotonBudget {
 }
 
 impl PhotonBudget {
-    /// Photons of a pass: none by path tracing and without lights or surfaces, caustic ones only where something can focus light.
+    /// Photons of a pass. There are none if the method emits none or the scene has no lights or surfaces; there are
+    /// caustic photons only where something can focus light.
     pub fn of(device: &DeviceScene, settings: &Settings) -> Self {
         let total = settings.photon_count();
         let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;

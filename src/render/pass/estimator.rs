@@ -69,8 +69,8 @@ pub fn build(g: &mut Graph, content: Content<'_>, deposits: &mut Deposits) -> St
     Structure::Image(kind, behind)
 }
 
-/// The map for hits behind mirrors and glass. It has no cells that records of 12 bytes could be relative to: their discs then
-/// stay in full.
+/// The map for hits behind mirrors and glass. It has no cells that records of 12 bytes could be relative to: their
+/// discs then stay in full.
 fn behind_map(g: &mut Graph, deposits: &Deposits, options: lbvh::Options, packed: Option<&Records>) -> PhotonMap {
     let tree = lbvh::build(g, Items::Counted(&deposits.count), &deposits.boxes, options);
     photon::in_order(g, deposits, tree, packed.filter(|p| p.record == Record::Packed20))

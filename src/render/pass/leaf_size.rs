@@ -11,8 +11,9 @@ use crate::render::scene::upload::surface_area;
 use crate::render::settings::{LEAST_LEAF, PhotonBuild};
 use crate::scene::{Scene, World};
 
-/// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one is
-/// fitted to the times of building and gathering (docs/estimators.md). The host's builder saves more by larger leaves.
+/// Photons in a leaf for each photon that a point of the scene meets on average. The paper states no constant; this one
+/// is fitted to the times of building and gathering (docs/estimators.md). The host's builder saves more by larger
+/// leaves.
 fn leaf_per_coverage(build: PhotonBuild) -> f64 {
     match build {
         PhotonBuild::Linear => 0.4,
@@ -23,8 +24,8 @@ fn leaf_per_coverage(build: PhotonBuild) -> f64 {
 /// Photons of the largest class in a survey.
 const SURVEY_PHOTONS: u32 = 4096;
 
-/// The leaf size for a `coverage`, the sum of the footprints' areas over the area of all surfaces: proportional, a power of
-/// two, within what serves well.
+/// The leaf size for a `coverage`, the sum of the footprints' areas over the area of all surfaces: proportional, a
+/// power of two, within what serves well.
 pub fn automatic(coverage: f64, build: PhotonBuild) -> u32 {
     let wanted = leaf_per_coverage(build) * coverage;
     let mut leaf = LEAST_LEAF;
@@ -45,7 +46,8 @@ fn footprints(photons: &[Photon]) -> f64 {
     photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum()
 }
 
-/// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and settings only.
+/// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and
+/// settings only.
 ///
 /// # Errors
 /// Those of the device.

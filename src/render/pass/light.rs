@@ -1,5 +1,5 @@
-//! Light tracing ([`Method::Light`](crate::render::Method::Light)): where photons meet surfaces is connected to the camera
-//! instead of gathered.
+//! Light tracing ([`Method::Light`](crate::render::Method::Light)): where photons meet surfaces is connected to the
+//! camera instead of gathered.
 
 use super::budget::PhotonBudget;
 use super::content::Content;

@@ -8,8 +8,8 @@ use crate::kernels::path::{self, PathLight, PathSettings};
 pub struct EyePaths;
 
 impl Transport for EyePaths {
-    /// Paths may meet as many surfaces as photons may or eye paths may, whichever is more: mirrors and glass count like the
-    /// others. One light sample is taken at each surface; the sample of the lobes is the other strategy.
+    /// Paths may meet as many surfaces as photons may or eye paths may, whichever is more: mirrors and glass count like
+    /// the others. One light sample is taken at each surface; the sample of the lobes is the other strategy.
     fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
         let (device, settings) = (at.content.device, at.content.settings);
         let path_settings = PathSettings {

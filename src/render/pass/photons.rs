@@ -1,5 +1,5 @@
-//! Photon mapping ([`Method::Photons`](crate::render::Method::Photons)): photons are stored where they meet surfaces, and
-//! the eye hits gather them by a density estimate.
+//! Photon mapping ([`Method::Photons`](crate::render::Method::Photons)): photons are stored where they meet surfaces,
+//! and the eye hits gather them by a density estimate.
 
 use super::budget::PhotonBudget;
 use super::content::Content;

@@ -1,5 +1,5 @@
-//! One pass, top to bottom: the method prepares its photons, then each band of pixels gets its light and adds it to the film.
-//! Where the host builds the photon map, the same in two halves.
+//! One pass, top to bottom: the method prepares its photons, then each band of pixels gets its light and adds it to the
+//! film. Where the host builds the photon map, the same in two halves.
 
 use super::budget::PhotonBudget;
 use super::content::Content;
@@ -34,8 +34,8 @@ pub fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> P
     end(g, pass, reports)
 }
 
-/// The first half of a pass whose photon map the host builds: photons, their boxes to the host. A budget without photons
-/// has no halves.
+/// The first half of a pass whose photon map the host builds: photons, their boxes to the host. A budget without
+/// photons has no halves.
 pub fn plan_photons(content: Content<'_>, budget: &PhotonBudget, map: &HostMap) -> (Planned, Readback<Aabb>) {
     let (mut g, buffers, pass) = begin(content);
     let mut deposits = emission::photons(&mut g, content, &buffers, budget).expect("a photon map needs photons");

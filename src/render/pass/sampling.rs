@@ -1,4 +1,5 @@
-//! How much of the density estimation is done in a pass: what the modes of Mara, Luebke and McGuire 2013 do to a gather.
+//! How much of the density estimation is done in a pass: what the modes of Mara, Luebke and McGuire 2013 do to a
+//! gather.
 
 use crate::graph::{Buf, Graph};
 use crate::kernels::gather::{self, Band, Points, Walk};

@@ -1,5 +1,5 @@
-//! The shape of a method of light transport: what it prepares for a pass is asked for the light of one band of pixels after
-//! the other.
+//! The shape of a method of light transport: what it prepares for a pass is asked for the light of one band of pixels
+//! after the other.
 
 use super::content::Content;
 use crate::graph::{Buf, Graph};

@@ -83,8 +83,8 @@ impl LightTable {
         }
     }
 
-    /// The power of all lights, were they all of the colour of the one that has most of it: for each channel a bound of what
-    /// photons carry.
+    /// A bound of the power that the photons of a pass carry together, for each of red, green and blue [W]: the power of
+    /// all lights as luminance, times the largest ratio of this channel to luminance among the lights.
     pub fn greatest_power(&self) -> [f64; 3] {
         let sky = self.environment.iter().fold([0.0; 3], |sum, texel| std::array::from_fn(|k| sum[k] + texel[k]));
         let colours =
@@ -94,8 +94,8 @@ impl LightTable {
             .fold([0.0; 3], |most, (c, y)| std::array::from_fn(|k| f64::max(most[k], f64::from(c[k]) / y * self.power)))
     }
 
-    /// Exponents of the powers of two near which radiance and depths of a scene of this radius lie: what the film counts them
-    /// in. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
+    /// Exponents of the powers of two in which the film counts radiance and depth: typical values of a scene of this
+    /// radius are near them. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
     pub fn film_exponents(&self, scene: &Scene, radius: f64) -> [i32; 2] {
         /// What is seen of a light itself may be brighter than what it lights up by this factor before it decides.
         const PEAK: f64 = 65536.0;

@@ -6,12 +6,12 @@ use crate::error::Result;
 use crate::graph::{DeviceClass, Persistent, Runtime};
 use crate::kernels::generated::Photon;
 
-/// A device, or nothing at all: plans can be made without one, and looked at.
+/// Where buffers come from: a device, or nowhere for plans that are looked at and never run.
 #[derive(Clone, Copy)]
 pub enum Memory<'a> {
     /// Memory of a device.
     Device(&'a Runtime),
-    /// Sizes only, as if there were a device of this kind.
+    /// Sizes only, as if there were a device of this class.
     Nowhere(DeviceClass),
 }
 
@@ -40,9 +40,9 @@ impl Memory<'_> {
         }
     }
 
-    /// Photons that a pass can store: no record of a photon is longer than a deposit, and one binding shows all of them. The
-    /// least range that is allowed, 128 MiB, has room for two million; beyond sixteen million a render is better served by
-    /// more passes.
+    /// Photons that a pass can store. A kernel sees all deposits in one binding, and no other record of a photon is
+    /// longer than a deposit. The shortest binding that Vulkan allows, 128 MiB, holds two million photons. More than
+    /// sixteen million are never stored: more passes then serve a render better.
     pub fn most_deposits(&self) -> u32 {
         (self.longest_binding() / size_of::<Photon>() as u64).min(1 << 24) as u32 - 1
     }

@@ -47,11 +47,11 @@ pub struct DeviceScene {
     pub(in crate::render) loop_limit: Option<u32>,
     /// Photons that a pass can store.
     pub(in crate::render) most_deposits: u32,
-    /// What kind of device it is.
+    /// The class of device that it is on.
     pub(in crate::render) device_class: DeviceClass,
     /// Exponents of the powers of two that the film counts radiance and depth in.
     pub(in crate::render) exponents: [i32; 2],
-    /// Power of all lights, were they all of the colour of the one that has most of it: red, green, blue [W].
+    /// A bound of the power that the photons of a pass carry together: red, green, blue [W].
     pub(in crate::render) light_power: [f64; 3],
     /// Radius of the scene's sphere.
     pub(in crate::render) radius: f32,

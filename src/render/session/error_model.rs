@@ -9,7 +9,7 @@ use crate::render::pass::budget::PhotonBudget;
 use crate::render::scene::upload::DeviceScene;
 use crate::render::settings::{Estimator, Method, Sampling, Scale, Settings};
 
-/// Of a render with these settings, which estimates light by `estimator`.
+/// The model of errors of a render with these settings, which estimates light by `estimator`.
 pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
     let discs = budget.emissions.iter().map(|e| per_watt(e, f64::from(device.radius)));
     let discs = discs.fold(0.0, f64::max);
@@ -28,8 +28,9 @@ fn bias(settings: &Settings, estimator: Estimator, budget: &PhotonBudget) -> Bia
     }
 }
 
-/// Irradiance [1/m^2] within the footprint of one photon of the first pass, if the lights have one watt together: that of
-/// a photon that went half the scene's radius `r`. Photons that went a shorter way are brighter, but few places get them.
+/// Irradiance [1/m^2] within the footprint of one photon of the first pass, if the lights have one watt together: that
+/// of a photon that went half the scene's radius `r`. Photons that went a shorter way are brighter, but few places get
+/// them.
 fn per_watt(emission: &Emission, r: f64) -> f64 {
     let n = f64::from(emission.count);
     let disc = |radius: f64| 1.0 / (n * PI * radius * radius);

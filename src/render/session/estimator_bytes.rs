@@ -7,17 +7,17 @@ use crate::render::pass::budget::PhotonBudget;
 const BUILD: &str = "photon map";
 const GATHER: &str = "gather";
 
-/// Bytes that an estimator uses, as if no buffer shared memory with another. Bytes per photon are per photon that the map
-/// has room for, so what is allocated for other reasons (pixels, tiles) is none of them.
+/// Bytes that an estimator uses, as if no buffer shared memory with another. Bytes per photon are per photon that the
+/// map has room for. Buffers whose length depends on pixels or tiles do not count there but in [`Self::fixed`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EstimatorBytes {
     /// Per photon: made once and read by the gather of every band.
     pub kept_per_photon: f64,
     /// Per photon: used while building, or made for one band and forgotten with it.
     pub scratch_per_photon: f64,
-    /// Per photon: deposits as the photons leave them, as far as the estimator uses them; every estimator finds them there.
+    /// Per photon: the deposits, as far as the estimator reads them. They exist whatever the estimator is.
     pub deposits_per_photon: f64,
-    /// What does not grow with the photons, of one band: lists of tiles, flags of hits.
+    /// Bytes of one band that do not depend on the number of photons: lists of tiles, flags of hits.
     pub fixed: u64,
 }
 
@@ -92,8 +92,8 @@ mod tests {
     use super::*;
     use crate::graph::Graph;
 
-    /// A made-up estimator: 12 bytes per photon kept, 8 of scratch, 4 in each of two bands, 1000 words for every band, and
-    /// eye hits that are nobody's photons.
+    /// An estimator made up for the test: it keeps 12 bytes per photon, uses 8 as scratch, 4 in each of two bands, and
+    /// 1000 words in every band. The eye hits do not belong to it.
     fn planned(budget: &PhotonBudget) -> Plan {
         let n = budget.capacity;
         let mut g = Graph::new();

@@ -35,8 +35,8 @@ impl Session {
         Ok(self.film()?.picture())
     }
 
-    /// Per pixel (row by row) and channel: sum, sum of squares, and sum of values times squared footprint scale, in double
-    /// precision.
+    /// Per pixel (row by row) and channel: sum, sum of squares, and sum of values times squared footprint scale, in
+    /// double precision.
     pub fn moments(&self) -> Result<Vec<[f64; SUMS]>> {
         Ok(self.film()?.moments())
     }
@@ -64,7 +64,8 @@ impl Session {
         Ok(())
     }
 
-    /// [`Self::restore`] with the counts of the film's passes, so that [`Self::statistics`] are those of all passes, too.
+    /// [`Self::restore`] with the counts of the film's passes, so that [`Self::statistics`] are those of all passes,
+    /// too.
     ///
     /// # Errors
     /// Those of [`Self::restore`].

@@ -9,8 +9,8 @@ use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
 ///
-/// Content is what was loaded, not the bytes of the files: a copy in another folder is the same scene. What the session chooses
-/// by itself (leaf size, estimator) is called `automatic`: on one device it is the same each time.
+/// Content is what was loaded, not the bytes of the files: a copy in another folder is the same scene. What the session
+/// chooses by itself (leaf size, estimator) is called `automatic`: on one device it is the same each time.
 pub fn identity(scene: &Scene, settings: &Settings) -> Identity {
     let settings = settings_as_text(settings).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     Identity { scene: scene_hash(scene), settings }

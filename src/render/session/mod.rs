@@ -44,8 +44,8 @@ impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// Those of [`Settings::validate`]; [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit the
-    /// device.
+    /// Those of [`Settings::validate`]; [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit
+    /// the device.
     pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
         settings.validate(&scene, runtime.device())?;
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;

@@ -1,4 +1,5 @@
-//! What a pass consists of, and what a scene saves by what it does not need. Only plans are made: no device is asked.
+//! What a pass consists of, and what a scene saves because it lacks features. Plans are made and looked at; no device
+//! takes part.
 
 use crate::error::Result;
 use crate::graph::{BufferKind, DeviceClass, Operation, Plan};
@@ -107,7 +108,7 @@ fn kernels(plan: &Plan) -> Vec<KernelUse> {
     found.into_values().collect()
 }
 
-/// What one feature would cost that the scene does without.
+/// What a feature would cost that the scene lacks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Saving {
     /// The feature.
@@ -116,10 +117,10 @@ pub struct Saving {
     pub passes: usize,
     /// Compiled kernels that do not exist.
     pub pipelines: usize,
-    /// Kernels from which its code is left out, or which are left out themselves.
+    /// Kernels without the code of the feature, and kernels that do not exist without it.
     pub kernels: Vec<&'static str>,
-    /// Device bytes that are not allocated (few, because the buffers of a pass share memory), beyond the feature's own data (texels, texture coordinates of a mesh that has
-    /// none).
+    /// Device bytes that are not allocated; few, because the buffers of a pass share memory. The feature's own data,
+    /// such as texels, is not among them.
     pub bytes: u64,
 }
 
@@ -190,8 +191,8 @@ fn grown(variant: &mut Variant, vectors: u32) -> u32 {
     variant.shading_stride - vectors
 }
 
-/// Plans a pass of `scene` with what it needs, with everything, and with each feature that it lacks, for a device of one
-/// kind.
+/// Plans a pass of `scene` with what it needs, with everything, and with each feature that it lacks, for a device of
+/// this class.
 ///
 /// # Errors
 /// Those of [`Settings::validate_plan`].

@@ -8,8 +8,8 @@ use crate::kernels::generated::{Pass, Photon};
 use crate::render::pass::recording::Recording;
 
 impl Session {
-    /// Renders the pass with this global index and adds it to the film. Its content depends on nothing but the scene, the
-    /// settings and the index.
+    /// Renders the pass with this global index and adds it to the film. Its content depends on nothing but the scene,
+    /// the settings and the index.
     ///
     /// # Errors
     /// [`Error::Usage`] if the pass is in the film already, and those of the device.
@@ -22,7 +22,8 @@ impl Session {
         Ok(())
     }
 
-    /// The work of [`Self::run_pass`], any number of times, for measurements of it: the film is worth nothing afterwards.
+    /// The work of [`Self::run_pass`], any number of times, to measure it. Afterwards the film is no picture of the
+    /// scene.
     ///
     /// # Errors
     /// Those of the device.

@@ -16,10 +16,10 @@ pub enum Estimator {
     Bounds25d,
     /// An icosahedron drawn around each photon (same).
     Bounds3d,
-    /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons wherever more
-    /// than k footprints overlap.
+    /// The k nearest photons at every eye hit (Jensen 2001), another estimate: radii follow the density of photons
+    /// wherever more than k footprints overlap.
     Knn,
-    /// Every photon at every eye hit: slow, the answer that the others must give.
+    /// Every photon at every eye hit: slow, and the reference for the others.
     Brute,
 }
 
@@ -28,7 +28,7 @@ impl Estimator {
     pub const ALL: [Self; 7] =
         [Self::Bvh, Self::Tiled, Self::Hash, Self::Bounds25d, Self::Bounds3d, Self::Knn, Self::Brute];
 
-    /// Name on the command line.
+    /// Its name in settings that are written as text.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
@@ -41,7 +41,7 @@ impl Estimator {
         }
     }
 
-    /// What it is, for the command line.
+    /// What it is, in a line of help.
     pub fn help(self) -> &'static str {
         match self {
             Self::Bvh => "Bounding-volume hierarchy over the footprints",
@@ -57,7 +57,8 @@ impl Estimator {
         }
     }
 
-    /// Whether it goes through lists of photons, of which a part can be skipped ([`Sampling::Stochastic`](super::Sampling)).
+    /// Whether it goes through lists of photons, of which a part can be skipped
+    /// ([`Sampling::Stochastic`](super::Sampling)).
     pub fn walks(self) -> bool {
         match self {
             Self::Bvh | Self::Hash | Self::Tiled | Self::Brute => true,
@@ -71,14 +72,15 @@ impl Estimator {
     }
 }
 
-/// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order of
-/// summation.
+/// Builders of the photon BVH (Fabianowski and Dingliana 2009, section 5). Both give the same picture up to the order
+/// of summation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum PhotonBuild {
     /// Morton order, on the device: built quickly.
     #[default]
     Linear,
-    /// Voxel volume heuristic, on the host: fewer nodes and photons are looked at, but photons go to the host and back.
+    /// Voxel volume heuristic, on the host: a gather visits fewer nodes and photons, but photons go to the host and
+    /// back.
     Vvh,
 }
 

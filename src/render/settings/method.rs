@@ -6,12 +6,12 @@ pub enum Method {
     /// Photon mapping.
     #[default]
     Photons,
-    /// Paths from the eye with next-event estimation and multiple importance sampling: cannot see caustics of lights without
-    /// extent, and those of small ones hardly.
+    /// Paths from the eye with next-event estimation and multiple importance sampling. They cannot find caustics of
+    /// lights without extent, and seldom find those of small lights.
     Path,
     /// Paths from the lights, connected to the camera: photons of the same classes, numbers and bounces as with
-    /// [`Self::Photons`], but no footprints, so no bias. What is seen by way of mirrors or glass has its emission and its direct
-    /// light only: light tracing cannot connect there. Needs a pinhole or a parallel camera.
+    /// [`Self::Photons`], but no footprints, so no bias. What is seen by way of mirrors or glass has its emission and
+    /// its direct light only, because light tracing cannot connect there. It needs a pinhole or a parallel camera.
     Light,
 }
 

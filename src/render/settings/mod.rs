@@ -21,8 +21,8 @@ pub use method::Method;
 pub use named::{Named, by_name};
 pub use sampling::{Sampling, Scale};
 
-/// Smaller leaves of the photon map never were faster: neighbouring pixels walk the tree together, and a node costs them
-/// more than a few photons.
+/// Photons in a leaf of the photon map where nothing else is known. Smaller leaves were never faster: neighbouring
+/// pixels walk the tree together, and a node costs them more time than a few photons.
 pub const LEAST_LEAF: u32 = 8;
 
 /// Settings of a session. The defaults suit every scene: none has to be tuned.
@@ -54,8 +54,8 @@ pub struct Settings {
     pub footprint: Footprint,
     /// Largest semiaxis of a footprint by photon differentials, 0.0001 to 1 scene radii at the first pass.
     pub largest_footprint: f32,
-    /// Whether footprints end at walls that stand on their surface, their light reflected back; packed records have no room for
-    /// it.
+    /// Whether footprints end at walls that stand on their surface, so that their light is reflected back. Packed
+    /// records have no room for the walls, and their footprints never end there.
     pub fold: bool,
     /// How photons are stored for the gather.
     pub record: Record,
@@ -72,26 +72,29 @@ pub struct Settings {
     pub caustic_smoothing: f32,
     /// Smoothing factor of all other photons, 0.1 to 100.
     pub global_smoothing: f32,
-    /// Exponent a of the radius schedule, 0.000001 to 1 (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in pass i.
+    /// Exponent a of the radius schedule, 0.000001 to 1 (Knaus and Zwicker 2011): r^2 shrinks by (i + a) / (i + 1) in
+    /// pass i.
     pub alpha: f64,
     /// Who builds the photon map of [`Estimator::Bvh`].
     pub photon_build: PhotonBuild,
     /// Photons in a leaf of the photon map at most, 1 to 16; `None` chooses by the overlap of footprints.
     pub leaf_photons: Option<u32>,
-    /// Corners of the polygon that [`Estimator::Bounds25d`] draws around a photon, 6 to 18: more fit tighter and cost more.
+    /// Corners of the polygon that [`Estimator::Bounds25d`] draws around a photon, 6 to 18: more fit tighter and cost
+    /// more.
     pub bound_vertices: u32,
     /// Which kernel draws the bounds of [`Estimator::Bounds25d`] and [`Estimator::Bounds3d`].
     pub amplification: Amplification,
-    /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes nothing.
+    /// Keeps every feature in the kernels, whether the scene needs it or not: to prove that leaving out changes
+    /// nothing.
     pub full_program: bool,
-    /// Gathers with the kernels of a scene that has nothing but Lambert's law and flat triangles, whatever the scene has: to
-    /// measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the reflectance counts
-    /// that is stored there, which is wrong where the surface is glossy.
+    /// Gathers with the kernels of a scene that has nothing but Lambert's law and flat triangles, whatever the scene
+    /// has: to measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the
+    /// stored reflectance counts, which is wrong where the surface is glossy.
     pub lambert_estimate: bool,
     /// Counts the photons that the gather tests and accepts ([`crate::render::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
-    /// Brings the photons of each pass to the host ([`crate::render::Session::photons`]), packed ones as the discs that they stand for: for
-    /// measurements, slower.
+    /// Brings the photons of each pass to the host ([`crate::render::Session::photons`]), packed ones as the discs that
+    /// they stand for: for measurements, slower.
     pub read_photons: bool,
 }
 

@@ -3,8 +3,8 @@
 use super::Settings;
 
 impl Settings {
-    /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) for k = 1
-    /// to `index`, in closed form by the gamma function, so that any pass can be computed on its own.
+    /// Footprint scale of pass `index` relative to pass 0: the square root of the product of (k + a) / (k + 1) over k
+    /// from 1 to `index`, in closed form by the gamma function, so that any pass can be computed on its own.
     pub fn radius_scale(&self, index: u64) -> f32 {
         // prod_{k=1}^{i} (k + a)/(k + 1) = Gamma(i + 1 + a) / Gamma(1 + a) * Gamma(2) / Gamma(i + 2)
         let i = index as f64;

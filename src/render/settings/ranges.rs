@@ -1,5 +1,5 @@
-//! The ranges of settings, written once: for [`Settings::validate`](super::Settings::validate) and for whoever reads
-//! settings from text.
+//! The ranges of settings, written once: for [`Settings::validate`](super::Settings::validate) and for code that
+//! reads settings from text.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -26,8 +26,8 @@ pub const LEAF_PHOTONS: RangeInclusive<u32> = 1..=COUNTED_LEAF;
 /// Corners of the polygon around a photon.
 pub const BOUND_VERTICES: RangeInclusive<u32> = POLYGON_CORNERS;
 
-/// Side of the block of pixels, or root of the part of the photons, of which a sampled gather takes one: 1 would be all, and
-/// beyond 16 next to nothing is left.
+/// Values of k of a sampled density estimate, which takes one pixel in each block of k x k or one photon in k^2: 1 would
+/// take all, and beyond 16 next to nothing is left.
 pub const SAMPLING_K: RangeInclusive<u32> = 2..=16;
 
 /// Surfaces that a photon may meet, and that an eye path may meet after its first: paths keep them in 8 bits.
@@ -42,7 +42,7 @@ pub const LARGEST_FOOTPRINT: RangeInclusive<f32> = 1e-4..=1.0;
 /// Exponent of the radius schedule: 1 never shrinks.
 pub const ALPHA: RangeInclusive<f64> = 1e-6..=1.0;
 
-/// What a number of a range has to be, in words: `2 to 16`.
+/// A range in words: `2 to 16`.
 pub fn words<T: Display>(range: &RangeInclusive<T>) -> String {
     format!("{} to {}", range.start(), range.end())
 }

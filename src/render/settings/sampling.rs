@@ -16,8 +16,8 @@ pub enum Sampling {
     /// All photons at all eye hits.
     #[default]
     Full,
-    /// All photons at one pixel in each block of k x k, in turn from pass to pass; bilateral upsampling elsewhere. Edges of light
-    /// are blurred over k pixels, however many passes there are.
+    /// All photons at one pixel in each block of k x k, in turn from pass to pass; bilateral upsampling elsewhere.
+    /// Edges of light are blurred over k pixels, however many passes there are.
     Regular(u32),
     /// One photon in k^2, by chance, at all eye hits.
     Stochastic {

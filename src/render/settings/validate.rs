@@ -15,8 +15,8 @@ impl Settings {
     /// Checks all settings: their ranges, what goes together, what the scene has, and what the device can do.
     ///
     /// # Errors
-    /// [`Error::Setting`] with the fields at fault and what would be right; [`Error::MissingFeature`] if the device cannot
-    /// run the estimator.
+    /// [`Error::Setting`] with the fields at fault and what would be right; [`Error::MissingFeature`] if the device
+    /// cannot run the estimator.
     pub fn validate(&self, scene: &Scene, device: &Device) -> Result<()> {
         self.validate_plan(scene, device.info().kind.into())?;
         if !draws_bounds(self.estimator_on(device.info().kind.into())) {
