@@ -178,7 +178,7 @@ pub fn table(runtime: &Runtime, scene: &Scene, trial: &Trial, begin: &mut dyn Fn
 
 /// Pairs of one pass, if they are counted, and whether nothing but Lambert's law is gathered.
 fn count(runtime: &Runtime, scene: &Scene, settings: Settings) -> Result<(Option<[u64; 2]>, bool)> {
-    let mut session = Session::new(runtime, scene.clone(), Settings { count_pairs: true, ..settings })?;
+    let mut session = Session::new(runtime.device(), scene.clone(), Settings { count_pairs: true, ..settings })?;
     session.repeat_pass(0)?;
     let variant = session.device_scene().variant;
     let counts = session.statistics()?;
@@ -202,7 +202,7 @@ pub(super) fn race(
             continue;
         }
         begin(&format!("preparing {}", settings.estimator.map_or("", Estimator::name)));
-        let session = Session::new(runtime, scene.clone(), settings).and_then(|mut session| {
+        let session = Session::new(runtime.device(), scene.clone(), settings).and_then(|mut session| {
             session.repeat_pass(0)?; // memory is touched for the first time, and the map has grown as far as it must
             Ok((session, Vec::new()))
         });

@@ -133,7 +133,8 @@ pub fn photon_map(
     };
     begin("footprints");
     let photons = {
-        let mut session = Session::new(runtime, scene.clone(), Settings { read_photons: true, ..settings.clone() })?;
+        let mut session =
+            Session::new(runtime.device(), scene.clone(), Settings { read_photons: true, ..settings.clone() })?;
         session.repeat_pass(0)?;
         session.photons()
     };
@@ -166,7 +167,7 @@ fn builder_times(
     for leaf in LEAF_SIZES {
         begin(&format!("{build:?} build, leaves of {leaf}: preparing"));
         let settings = Settings { leaf_photons: Some(leaf), ..settings.clone() };
-        let mut session = Session::new(runtime, scene.clone(), settings)?;
+        let mut session = Session::new(runtime.device(), scene.clone(), settings)?;
         session.repeat_pass(0)?;
         sessions.push((leaf, session, vec![]));
     }
@@ -205,11 +206,11 @@ fn queries(
 ) -> Result<Queries> {
     let settings = Settings { estimator: Some(estimator), count_pairs: true, ..settings.clone() };
     let pixels = f64::from(settings.pixels());
-    let mut session = Session::new(runtime, scene.clone(), settings.clone())?;
+    let mut session = Session::new(runtime.device(), scene.clone(), settings.clone())?;
     session.repeat_pass(0)?;
     let counts = session.statistics()?;
     let per_pixel = |count: u64| count as f64 / pixels;
-    let mut timed = Session::new(runtime, scene.clone(), Settings { count_pairs: false, ..settings.clone() })?;
+    let mut timed = Session::new(runtime.device(), scene.clone(), Settings { count_pairs: false, ..settings.clone() })?;
     let mut seconds = f64::INFINITY;
     for _ in 0..=repeats.max(1) {
         timed.repeat_pass(0)?;

@@ -110,7 +110,7 @@ pub(super) fn seconds_in(session: &Session, names: &[&str]) -> f64 {
 /// device no timestamps.
 fn photons(runtime: &Runtime, scene: &Scene, effort: Effort, begin: &mut dyn FnMut(&str)) -> Result<Vec<Rate>> {
     begin("photons: preparing");
-    let mut session = Session::new(runtime, scene.clone(), settings(effort, false))?;
+    let mut session = Session::new(runtime.device(), scene.clone(), settings(effort, false))?;
     session.repeat_pass(0)?;
     begin("photons");
     let first = session.statistics()?;
@@ -147,7 +147,7 @@ fn photons(runtime: &Runtime, scene: &Scene, effort: Effort, begin: &mut dyn FnM
 fn pairs(runtime: &Runtime, scene: &Scene, effort: Effort) -> Result<Vec<Rate>> {
     let passes = 1..=u64::from(effort.repeats.clamp(1, 3));
     let mut counts = Vec::new();
-    let mut counting = Session::new(runtime, scene.clone(), settings(effort, true))?;
+    let mut counting = Session::new(runtime.device(), scene.clone(), settings(effort, true))?;
     let mut before = [0, 0];
     for index in passes.clone() {
         counting.run_pass(index)?;
@@ -156,7 +156,7 @@ fn pairs(runtime: &Runtime, scene: &Scene, effort: Effort) -> Result<Vec<Rate>> 
         before = [s.pairs_tested, s.pairs_accepted];
     }
     drop(counting);
-    let mut timed = Session::new(runtime, scene.clone(), settings(effort, false))?;
+    let mut timed = Session::new(runtime.device(), scene.clone(), settings(effort, false))?;
     timed.repeat_pass(0)?;
     let glossy = timed.device_scene().variant.gathers_glossy;
     let mut runs = Vec::new();

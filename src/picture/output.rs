@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::picture::exr::Metadata;
 use crate::picture::image::Picture;
 use crate::picture::post::display::Display;
+use crate::picture::tonemap::ToneMap;
 use crate::picture::{exr, png, stale};
 
 /// Temporary files that exist at the moment, for [`remove_unfinished`].
@@ -211,11 +212,21 @@ impl Output {
     }
 }
 
+impl Picture {
+    /// Writes the picture as the extension of `path` says: `.exr` (all layers, linear floats) or `.png` (the beauty layer,
+    /// 8-bit sRGB, through the default tone curve). The file appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another extension or a picture without a beauty layer, [`Error::Io`] if it cannot be written.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        Output::check(path)?.write(self, &Metadata::new(), ToneMap::default())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::picture::image::Channels;
-    use crate::picture::tonemap::ToneMap;
 
     fn folder() -> tempfile::TempDir {
         tempfile::tempdir().expect("a temporary folder")

@@ -33,7 +33,7 @@ impl Meter {
     pub fn new(runtime: &Runtime, scene: &Scene, settings: &Settings) -> Result<Self> {
         runtime.device().restart_memory_peak();
         let begin = Instant::now();
-        let session = Session::new(runtime, scene.clone(), settings.clone())?;
+        let session = Session::new(runtime.device(), scene.clone(), settings.clone())?;
         Ok(Self {
             session,
             runtime: runtime.clone(),

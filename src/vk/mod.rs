@@ -10,8 +10,8 @@
 //! - [`Submission`]: one run of it, to be waited for.
 //!
 //! ```no_run
-//! # use nephroid::vk::*;
-//! # fn f(words: &[u32]) -> nephroid::error::Result<()> {
+//! # use nephroid::low_level::vk::*;
+//! # fn f(words: &[u32]) -> nephroid::Result<()> {
 //! let device = Device::open(&DeviceOptions::default())?;
 //! let data = device.buffer("data", 4096, Place::Readback)?;
 //! let desc = PipelineDesc { name: "square", spirv: words, bindings: &[0], push_bytes: 0, constants: &[] };

@@ -32,7 +32,7 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
     let settings = settings(request, &scene)?;
     let after = After::of(request, &scene.cameras[settings.camera], &settings)?;
     let identity = identity(&scene, &settings);
-    let mut session = Session::new(&runtime, scene, settings)?;
+    let mut session = Session::new(runtime.device(), scene, settings)?;
     let prepared = begin.elapsed().as_secs_f64() - loaded;
     let mut trace = Vec::new();
     let mut checkpoints = Checkpoints::begin(&request.film, identity, &mut session, &runtime, monitor)?;

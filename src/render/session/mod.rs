@@ -10,6 +10,8 @@ mod pixels;
 mod report;
 mod statistics;
 
+use std::sync::Arc;
+
 use crate::error::Result;
 use crate::film::accumulate::PassSet;
 use crate::graph::Runtime;
@@ -22,6 +24,7 @@ use crate::render::scene::memory::Memory;
 use crate::render::scene::upload::DeviceScene;
 use crate::render::settings::Settings;
 use crate::scene::Scene;
+use crate::vk::Device;
 
 pub use statistics::Statistics;
 
@@ -46,8 +49,9 @@ impl Session {
     /// # Errors
     /// Those of [`Settings::validate`]; [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit
     /// the device.
-    pub fn new(runtime: &Runtime, scene: Scene, mut settings: Settings) -> Result<Self> {
-        settings.validate(&scene, runtime.device())?;
+    pub fn new(device: &Arc<Device>, scene: Scene, mut settings: Settings) -> Result<Self> {
+        settings.validate(&scene, device)?;
+        let runtime = &Runtime::new(device.clone());
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
         device_scene.variant.blinn_phong = settings.blinn_phong;
         device_scene.variant.lens |= settings.lens.is_some();

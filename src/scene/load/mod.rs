@@ -129,6 +129,16 @@ impl Notes {
     }
 }
 
+impl Scene {
+    /// [`load`] with the default [`Limits`].
+    ///
+    /// # Errors
+    /// Those of [`load`].
+    pub fn load(path: &Path) -> Result<Self> {
+        load(path, &Limits::default())
+    }
+}
+
 /// Loads a scene. One without light gets the default sky, one without a camera a camera that frames it, both with a
 /// warning.
 ///
