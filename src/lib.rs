@@ -81,5 +81,8 @@ pub use error::{Error, MemoryCause, Result};
 pub use film::accumulate::Film;
 pub use picture::image::{Layer, Picture};
 pub use render::{Estimator, Lens, Method, Session, Settings, Statistics};
-pub use scene::{Camera, Environment, Image, Light, Material, Projection, Scene, Texture, TextureRef, Wrap};
+pub use scene::{
+    Camera, Environment, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture, TextureRef, Transform,
+    Wrap,
+};
 pub use vk::{Device, DeviceInfo, DeviceOptions, devices};

@@ -29,6 +29,8 @@ layers! {
     film;
     /// Finished pictures, their files, and changes after the render.
     picture;
+    /// Files from outside, read within limits.
+    input;
     /// Measures that compare pictures.
     compare;
     /// Rates of kernels and scenes beside their floors.

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use nephroid::picture::exr::{self, Metadata};
-use nephroid::picture::image::{Channels, Picture};
+use nephroid::low_level::picture::exr::{self, Metadata};
+use nephroid::low_level::picture::image::{Channels, Picture};
 
 use crate::support::shared;
 

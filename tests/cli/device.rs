@@ -7,8 +7,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use nephroid::picture::exr;
-use nephroid::picture::image::Picture;
+use nephroid::low_level::picture::exr;
+use nephroid::low_level::picture::image::Picture;
 use serde_json::Value;
 
 use crate::support::{device, repository};
@@ -188,7 +188,7 @@ fn bench_compares_the_estimators() {
     assert_eq!(report["meaningless"], true);
     let scenes = report["scenes"].as_array().expect("scenes");
     assert_eq!(scenes.len(), 2);
-    let estimators = nephroid::render::Estimator::ALL;
+    let estimators = nephroid::low_level::render::Estimator::ALL;
     assert_eq!(read("out.csv").lines().count(), 1 + 2 * 2 * estimators.len());
     for scene in scenes {
         let cells = scene["cells"].as_array().expect("cells");
@@ -265,7 +265,7 @@ fn bench_measures_and_plots_growth() {
     let line = "bench estimators --quick --growth --svg plots --json --csv=out.csv --device % @wall.glb";
     let report = json(line, folder.path());
     let curves = report["scenes"][0]["curves"].as_array().expect("curves");
-    assert_eq!(curves.len(), 2 * nephroid::render::Estimator::ALL.len());
+    assert_eq!(curves.len(), 2 * nephroid::low_level::render::Estimator::ALL.len());
     let parts = ["build", "gather", "sum"];
     let mut files: Vec<String> =
         ["photons", "pixels"].iter().flat_map(|over| parts.map(|part| format!("wall-{over}-{part}.svg"))).collect();

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use nephroid::film::film_file;
+use nephroid::low_level::film::film_file;
 
 use crate::support::program::{Program, names_in};
 use crate::support::{device, repository, skip};
@@ -16,7 +16,7 @@ fn flags() -> String {
 }
 
 /// The film of one render of five passes.
-fn one_render(program: &Program) -> nephroid::film::accumulate::Film {
+fn one_render(program: &Program) -> nephroid::low_level::film::accumulate::Film {
     let line =
         format!("render @cornell-glass.glb --size 24x16 --passes 5 {} -o one.exr --checkpoint one.film", flags());
     program.succeeds(&line);

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use nephroid::film::film_file::{self, FilmFile};
+use nephroid::low_level::film::film_file::{self, FilmFile};
 use serde_json::Value;
 
 use crate::support::program::{Program, names_in};

@@ -1,6 +1,6 @@
 //! The comparators of these tests can fail.
 
-use nephroid::picture::image::{Channels, Picture};
+use nephroid::low_level::picture::image::{Channels, Picture};
 
 use crate::support::lab::{close, difference, unfinished};
 

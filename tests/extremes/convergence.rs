@@ -5,10 +5,10 @@
 
 use std::f64::consts::PI;
 
-use nephroid::render::{Footprint, Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Light, Material, Scene};
-use nephroid::study::moments::Moments;
+use nephroid::low_level::render::{Footprint, Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Light, Material, Scene};
+use nephroid::low_level::study::moments::Moments;
 
 use crate::support::device::runtime;
 use crate::support::lab::{from_above, settings};
@@ -66,7 +66,7 @@ fn measure(footprint: Footprint, photons: u32, (doublings, seeds): (u32, u32)) -
             eye_depth: 2,
             ..settings(SIDE, SIDE, photons)
         };
-        let mut session = Session::new(&runtime, scene.clone(), settings).expect("a session");
+        let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
         let mut done = 0;
         for (k, &count) in passes.iter().enumerate() {
             (done..count).for_each(|index| session.run_pass(index).expect("a pass without validation message"));

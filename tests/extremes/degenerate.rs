@@ -1,7 +1,7 @@
 //! Broken and empty scenes: cases 33 and 40, and the presence of 34 to 36.
 
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Environment, Light, Material, Scene};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Environment, Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, assert_same, settings};
 use crate::variants::{lamp, room};

@@ -1,9 +1,9 @@
 //! Case 14: photon differentials against finite differences, and the kernels' version against the host's.
 
 use glam::DVec3;
-use nephroid::graph::Graph;
-use nephroid::kernels::differentials::{Boundary, SmoothNormal, reflect, refract, run, transfer};
-use nephroid::kernels::generated::DifferentialStep;
+use nephroid::low_level::graph::Graph;
+use nephroid::low_level::kernels::differentials::{Boundary, SmoothNormal, reflect, refract, run, transfer};
+use nephroid::low_level::kernels::generated::DifferentialStep;
 
 use crate::support::device::runtime;
 use crate::support::proof;

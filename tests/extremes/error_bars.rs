@@ -3,10 +3,10 @@
 
 use std::f64::consts::PI;
 
-use nephroid::film::error_estimate::{Bias, ErrorEstimate, Model, Schedule};
-use nephroid::render::Settings;
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Material, Scene};
+use nephroid::low_level::film::error_estimate::{Bias, ErrorEstimate, Model, Schedule};
+use nephroid::low_level::render::Settings;
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, from_above, settings};
 

@@ -1,8 +1,8 @@
 //! Renders that must agree to the last bit: cases 29, 30 and 42.
 
-use nephroid::render::{Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Light, Material, Scene};
+use nephroid::low_level::render::{Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Light, Material, Scene};
 
 use crate::support::device::runtime;
 use crate::support::lab::{Shot, assert_same, difference, settings};
@@ -138,15 +138,16 @@ fn case_42_merged_and_resumed() {
     assert!(merged.merge(&parts[2]).is_err(), "a part twice");
 
     let runtime = runtime();
-    let mut session = Session::new(&runtime, scene.clone(), small()).expect("a session");
+    let mut session = Session::new(runtime.device(), scene.clone(), small()).expect("a session");
     session.restore(&parts[1]).expect("the same render");
     assert!(session.run_pass(1).is_err(), "a pass twice");
     (2..8).for_each(|index| session.run_pass(index).expect("a pass"));
     assert!(session.film().expect("a film") == whole, "resumed");
-    let mut other = Session::new(&runtime, scene, Settings { seed: 1, ..small() }).expect("a session");
+    let mut other = Session::new(runtime.device(), scene, Settings { seed: 1, ..small() }).expect("a session");
     other.restore(&parts[1]).expect("the same size");
     (2..8).for_each(|index| other.run_pass(index).expect("a pass"));
     assert!(other.film().expect("a film") != whole, "another seed must be noticed");
-    let mut small_session = Session::new(&runtime, kinds().swap_remove(0).1, settings(8, 8, 100)).expect("a session");
+    let mut small_session =
+        Session::new(runtime.device(), kinds().swap_remove(0).1, settings(8, 8, 100)).expect("a session");
     assert!(small_session.restore(&whole).is_err(), "another size");
 }

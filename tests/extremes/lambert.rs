@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Material, Scene};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, close, from_above, settings};
 use crate::support::proof;
@@ -75,7 +75,7 @@ fn case_05_point_light_by_shadow_rays() {
     let places = [0.0, 0.5, 1.25, 3.0];
     scene.cameras = places.iter().map(|x| from_above([*x, 1.0, 0.25], 1e-6)).collect();
     for (camera, x) in places.iter().enumerate() {
-        let shot = Shot::take(&scene, &nephroid::render::Settings { camera, ..settings(1, 1, 0) }, 0..2);
+        let shot = Shot::take(&scene, &nephroid::low_level::render::Settings { camera, ..settings(1, 1, 0) }, 0..2);
         let d2 = h * h + f64::from(x * x) + 0.0625;
         assert_close(shot.mean("direct"), intensity * h / d2.powf(1.5) / PI, 1e-5, "direct light");
     }

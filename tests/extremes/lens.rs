@@ -1,12 +1,12 @@
 //! The thin lens against what optics says of it: what lies in the sharp plane is as the pinhole sees it, a small source
 //! elsewhere becomes a disc of known size, and no light is lost on the way.
 
-use nephroid::error::Error;
-use nephroid::picture::post::defocus::Defocus;
-use nephroid::picture::post::{Post, View};
-use nephroid::render::{Lens, Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Material, Scene};
+use nephroid::Error;
+use nephroid::low_level::picture::post::defocus::Defocus;
+use nephroid::low_level::picture::post::{Post, View};
+use nephroid::low_level::render::{Lens, Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Material, Scene};
 
 use crate::support::device::runtime;
 use crate::support::lab::{Shot, assert_close, assert_same, close, difference, parallel, settings};
@@ -135,7 +135,7 @@ fn what_cannot_have_a_lens_is_refused() {
     let mut scene = source(2.0, 0.3);
     let refused = |scene: &Scene, radius: f32, focus: f32| {
         let settings = with_lens(8, Some(Lens { radius, focus }));
-        match Session::new(&runtime(), scene.clone(), settings) {
+        match Session::new(runtime().device(), scene.clone(), settings) {
             Err(Error::Setting { cause, .. }) => cause,
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("a lens of radius {radius}, focus {focus} was taken"),

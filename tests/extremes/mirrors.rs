@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use nephroid::render::Settings;
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Material, Scene};
+use nephroid::low_level::render::Settings;
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, close, from_above, settings};
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Light, Material, Scene};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Light, Material, Scene};
 
 use crate::support::lab::{Shot, assert_close, close, from_above, parallel, settings};
 use crate::support::proof;
@@ -57,7 +57,8 @@ fn case_08_slab_reflects_the_rest() {
         Scene::from_parts(vec![(floor, white.clone()), (screen, white), (slab, Material::glass(1.5))], vec![sun], up);
     scene.cameras.push(from_above([1.09, 0.5, 0.0], 1.0));
     let flux = |camera: usize| {
-        let shot = Shot::take(&scene, &nephroid::render::Settings { camera, ..settings(64, 64, 200_000) }, 0..6);
+        let shot =
+            Shot::take(&scene, &nephroid::low_level::render::Settings { camera, ..settings(64, 64, 200_000) }, 0..6);
         shot.mean("caustic") * PI * 4.0
     };
     let (reflected, transmitted) = (flux(0), flux(1));

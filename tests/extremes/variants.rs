@@ -1,9 +1,9 @@
 //! Leaving out what a scene does not need changes no bit: kernels specialised for the scene against kernels with every
 //! feature.
 
-use nephroid::render::Settings;
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
+use nephroid::low_level::render::Settings;
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
 
 use crate::support::lab::{Shot, assert_same, difference, settings};
 

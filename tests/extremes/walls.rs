@@ -1,8 +1,8 @@
 //! Footprints at walls: cases 37 and 38.
 
-use nephroid::render::Settings;
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Material, Scene};
+use nephroid::low_level::render::Settings;
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Material, Scene};
 
 use crate::support::lab::{Shot, settings};
 use crate::support::proof;

@@ -5,8 +5,8 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use nephroid::graph::{Access, Buf, BufferKind, DispatchArgs, Graph, Grid, KernelInfo, Operation, PassInfo};
-use nephroid::graph::{Persistent, Plan};
+use nephroid::low_level::graph::{Access, Buf, BufferKind, DispatchArgs, Graph, Grid, KernelInfo, Operation, PassInfo};
+use nephroid::low_level::graph::{Persistent, Plan};
 use proptest::prelude::*;
 
 use crate::support::fake::{Fake, Wires, facts, index};

@@ -1,12 +1,12 @@
 //! Plans as text, without a device.
 
 use insta::assert_snapshot;
-use nephroid::draw_state::{Cull, DepthTest, DrawState, Topology};
-use nephroid::graph::{
+use nephroid::low_level::draw_state::{Cull, DepthTest, DrawState, Topology};
+use nephroid::low_level::graph::{
     Buf, DeviceClass, DispatchArgs, Draw, DrawArgs, Graph, Grid, Instances, KernelInfo, Persistent, Plan, PlanError,
     RasterPass, ShaderInfo, Stage, Window, Windows,
 };
-use nephroid::kernels::{Items, compact, scan};
+use nephroid::low_level::kernels::{Items, compact, scan};
 
 use crate::support::fake::{self, Fake, Wires, facts, shader};
 
@@ -15,7 +15,7 @@ static STEP: KernelInfo = facts("step");
 static JOIN: KernelInfo = facts("join");
 
 /// `to = step(from)` over all elements.
-fn step(g: &mut Graph, from: &nephroid::graph::Buf<u32>, to: &mut nephroid::graph::Buf<u32>) {
+fn step(g: &mut Graph, from: &nephroid::low_level::graph::Buf<u32>, to: &mut nephroid::low_level::graph::Buf<u32>) {
     let count = to.len();
     g.dispatch(Fake(&STEP), Grid::Threads(count), 0, Wires::new().read(from).write(to));
 }
@@ -302,7 +302,7 @@ fn mistakes_are_named() {
     assert_eq!(read_back, PlanError::ReadBeforeWrite { pass: "readback", buffer: "a" });
     let constant = mistake(|g| {
         let data = g.upload("data", &[1u32]);
-        let bind = Wires::new().add(fake::index(&data), nephroid::graph::Access::Write);
+        let bind = Wires::new().add(fake::index(&data), nephroid::low_level::graph::Access::Write);
         g.dispatch(Fake(&MAKE), Grid::Groups([1, 1]), 0, bind);
     });
     assert_eq!(constant, PlanError::WriteToReadOnly { pass: "make", buffer: "data" });

@@ -5,17 +5,17 @@
 
 use std::sync::LazyLock;
 
-use nephroid::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
-use nephroid::error::Error;
-use nephroid::graph::{
+use nephroid::Error;
+use nephroid::low_level::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
+use nephroid::low_level::graph::{
     Buf, Draw, DrawArgs, Graph, Grid, Instances, Kernel, KernelInfo, Plan, RasterPass, Readback, Runtime, Spirv,
 };
-use nephroid::kernels::generated::{
+use nephroid::low_level::kernels::generated::{
     BenchSplatFrag, BenchSplatFragBindings, BenchSplatFragParams, BenchSplatGeom, BenchSplatGeomBindings,
     BenchSplatGeomParams, BenchSplatPointVert, BenchSplatPointVertBindings, BenchSplatVert, BenchSplatVertBindings,
     BenchSplatVertParams, Splat,
 };
-use nephroid::vk::Feature;
+use nephroid::low_level::vk::Feature;
 
 use crate::shader;
 use crate::support::device::{open, runtime};

@@ -5,11 +5,11 @@
 
 use std::sync::LazyLock;
 
-use nephroid::error::{Error, MemoryCause};
-use nephroid::graph::{
+use nephroid::low_level::graph::{
     Buf, DispatchArgs, Executable, Graph, Grid, Kernel, KernelInfo, Operation, Plan, Runtime, Spirv, Timing, Window,
     Windows, chrome_trace,
 };
+use nephroid::{Error, MemoryCause};
 
 use crate::shader;
 use crate::support::device::{open, runtime};
@@ -81,7 +81,10 @@ fn step(g: &mut Graph, from: &Buf<u32>, to: &mut Buf<u32>, addend: u32) {
 }
 
 /// `source` through `links` transients, of which the last is read back.
-fn chain(links: u32, len: u32) -> (Plan, nephroid::graph::Input<u32>, nephroid::graph::Readback<u32>) {
+fn chain(
+    links: u32,
+    len: u32,
+) -> (Plan, nephroid::low_level::graph::Input<u32>, nephroid::low_level::graph::Readback<u32>) {
     let mut g = Graph::new();
     let (source, input) = g.input("source", &vec![0u32; len as usize]);
     let mut last = g.buffer("link", len);

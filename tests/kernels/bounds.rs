@@ -3,11 +3,13 @@
 
 use std::fmt::Write;
 
-use nephroid::graph::{Buf, Graph};
-use nephroid::kernels::deposits::Deposits;
-use nephroid::kernels::gather::reference::{Disc, lambert_hit};
-use nephroid::kernels::gather::{Amplification, Band, Bounds, Points, Program, Shape, Weight, bounds, brute};
-use nephroid::kernels::generated::{Camera, EyeHit};
+use nephroid::low_level::graph::{Buf, Graph};
+use nephroid::low_level::kernels::deposits::Deposits;
+use nephroid::low_level::kernels::gather::reference::{Disc, lambert_hit};
+use nephroid::low_level::kernels::gather::{
+    Amplification, Band, Bounds, Points, Program, Shape, Weight, bounds, brute,
+};
+use nephroid::low_level::kernels::generated::{Camera, EyeHit};
 
 use crate::support::gather::{Light, gathered, lambert};
 use crate::support::harness::Harness;

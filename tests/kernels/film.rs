@@ -1,10 +1,10 @@
 //! The film kernel against the exact sums of the host.
 
-use nephroid::constants::{AOV_AT_DEPTH, AOV_FLOATS};
-use nephroid::film::exact::{ExactSum, LARGEST};
-use nephroid::graph::DeviceClass;
-use nephroid::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
-use nephroid::kernels::generated::{Camera, Pass};
+use nephroid::low_level::constants::{AOV_AT_DEPTH, AOV_FLOATS};
+use nephroid::low_level::film::exact::{ExactSum, LARGEST};
+use nephroid::low_level::graph::DeviceClass;
+use nephroid::low_level::kernels::film::{self, Adding, FILM_SUMS, FilmBuffers, LAYER_SUMS, PassResult};
+use nephroid::low_level::kernels::generated::{Camera, Pass};
 
 use crate::support::harness::{Harness, Output, POISON_WORD, assert_same};
 use crate::support::proof;

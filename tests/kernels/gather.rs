@@ -1,17 +1,17 @@
 //! Every estimator on photons and hits made up here, against the specification in double precision, and where it is
 //! hard.
 
-use nephroid::graph::{Buf, Graph};
-use nephroid::kernels::deposits::Deposits;
-use nephroid::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
-use nephroid::kernels::gather::reference::{Disc, density, gather, lambert_hit};
-use nephroid::kernels::gather::{
+use nephroid::low_level::graph::{Buf, Graph};
+use nephroid::low_level::kernels::deposits::Deposits;
+use nephroid::low_level::kernels::gather::hash::{Options as HashOptions, hash, hash_grid};
+use nephroid::low_level::kernels::gather::reference::{Disc, density, gather, lambert_hit};
+use nephroid::low_level::kernels::gather::{
     Amplification, Band, Bounds, MAX_NEIGHBOURS, Points, Program, Shape, Weight, bounds, brute, bvh, knn, knn_map,
     tiled,
 };
-use nephroid::kernels::generated::EyeHit;
-use nephroid::kernels::lbvh;
-use nephroid::kernels::photon;
+use nephroid::low_level::kernels::generated::EyeHit;
+use nephroid::low_level::kernels::lbvh;
+use nephroid::low_level::kernels::photon;
 
 use crate::support::gather::{Light, difference, gathered_at, lambert, room};
 use crate::support::harness::Harness;

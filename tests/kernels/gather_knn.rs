@@ -1,11 +1,11 @@
 //! The k nearest photons against their specification, and where they are hard to find.
 
-use nephroid::graph::{Buf, Graph};
-use nephroid::kernels::deposits::Deposits;
-use nephroid::kernels::gather::reference::{Disc, lambert_hit};
-use nephroid::kernels::gather::reference_knn::{self, Found};
-use nephroid::kernels::gather::{Points, Program, Weight, knn, knn_by_digits, knn_map};
-use nephroid::kernels::generated::EyeHit;
+use nephroid::low_level::graph::{Buf, Graph};
+use nephroid::low_level::kernels::deposits::Deposits;
+use nephroid::low_level::kernels::gather::reference::{Disc, lambert_hit};
+use nephroid::low_level::kernels::gather::reference_knn::{self, Found};
+use nephroid::low_level::kernels::gather::{Points, Program, Weight, knn, knn_by_digits, knn_map};
+use nephroid::low_level::kernels::generated::EyeHit;
 
 use crate::support::gather::{Light, difference, gathered, lambert, room};
 use crate::support::harness::Harness;

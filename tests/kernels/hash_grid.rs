@@ -1,11 +1,11 @@
 //! The hash grid: its filing and its table against the specification, and gathers where cells are hard to get right.
 
-use nephroid::kernels::deposits::{COUNTERS, Deposits};
-use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, NONE, Options, hash, hash_grid, slots};
-use nephroid::kernels::gather::reference::{Disc, lambert_hit};
-use nephroid::kernels::gather::{Weight, brute, hash_reference};
-use nephroid::kernels::generated::{Aabb, EyeHit, HashLevel, HashSlot, Photon};
-use nephroid::kernels::reduce;
+use nephroid::low_level::kernels::deposits::{COUNTERS, Deposits};
+use nephroid::low_level::kernels::gather::hash::{HASH_BITS, LEVELS, NONE, Options, hash, hash_grid, slots};
+use nephroid::low_level::kernels::gather::reference::{Disc, lambert_hit};
+use nephroid::low_level::kernels::gather::{Weight, brute, hash_reference};
+use nephroid::low_level::kernels::generated::{Aabb, EyeHit, HashLevel, HashSlot, Photon};
+use nephroid::low_level::kernels::reduce;
 
 use crate::support::gather::{Light, difference, gathered, lambert, room};
 use crate::support::harness::{Harness, assert_same};
@@ -31,7 +31,7 @@ fn built(harness: &Harness, photons: &[(Photon, Aabb)], options: Options) -> Bui
     let (levels, in_use) = (harness.output::<HashLevel>(LEVELS as usize), harness.output::<u32>(1));
     // Where a run's slot is and what `ends` holds elsewhere may differ between runs, so only the first run's are kept.
     let (table, ends) = (harness.output::<HashSlot>(slots(n as u32) as usize), harness.output::<u32>(n));
-    let declare = |g: &mut nephroid::graph::Graph, with_table: bool| {
+    let declare = |g: &mut nephroid::low_level::graph::Graph, with_table: bool| {
         let mut count = g.buffer("count", 1);
         g.fill(&mut count, n as u32);
         let mut overflow = g.buffer("overflow", 1);

@@ -1,9 +1,9 @@
 //! The device's LBVH: the same bits as its specification, and a valid tree by properties that do not use it.
 
-use nephroid::kernels::Items;
-use nephroid::kernels::generated::{Aabb, BvhNode};
-use nephroid::kernels::lbvh::{self, MAX_DEPTH};
-use nephroid::kernels::lbvh_reference::{self, Tree};
+use nephroid::low_level::kernels::Items;
+use nephroid::low_level::kernels::generated::{Aabb, BvhNode};
+use nephroid::low_level::kernels::lbvh::{self, MAX_DEPTH};
+use nephroid::low_level::kernels::lbvh_reference::{self, Tree};
 
 use crate::support::boxes::{cases, check};
 use crate::support::harness::{Harness, assert_same};

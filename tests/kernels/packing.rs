@@ -1,15 +1,15 @@
 //! Packed photons, by every estimator that has them, against the specification of full ones: what is lost is precision,
 //! never light.
 
-use nephroid::graph::{Buf, DeviceClass, Graph};
-use nephroid::kernels::deposits::Deposits;
-use nephroid::kernels::gather::hash::{HASH_BITS, LEVELS, Options, hash, hash_grid};
-use nephroid::kernels::gather::reference::{Disc, gather};
-use nephroid::kernels::gather::{Band, Points, Program, Weight, bvh, tiled};
-use nephroid::kernels::generated::EyeHit;
-use nephroid::kernels::lbvh;
-use nephroid::kernels::photon;
-use nephroid::kernels::records::{self, Record};
+use nephroid::low_level::graph::{Buf, DeviceClass, Graph};
+use nephroid::low_level::kernels::deposits::Deposits;
+use nephroid::low_level::kernels::gather::hash::{HASH_BITS, LEVELS, Options, hash, hash_grid};
+use nephroid::low_level::kernels::gather::reference::{Disc, gather};
+use nephroid::low_level::kernels::gather::{Band, Points, Program, Weight, bvh, tiled};
+use nephroid::low_level::kernels::generated::EyeHit;
+use nephroid::low_level::kernels::lbvh;
+use nephroid::low_level::kernels::photon;
+use nephroid::low_level::kernels::records::{self, Record};
 
 use crate::support::gather::{Light, difference, gathered, gathered_on, lambert, room};
 use crate::support::harness::Harness;
@@ -96,7 +96,7 @@ fn packed(harness: &Harness, class: DeviceClass, by: (Gather, Record), hits: &[E
 
 /// Pairs of hit and photon that count.
 fn pairs(hits: &[EyeHit], discs: &[Disc]) -> f64 {
-    use nephroid::kernels::gather::reference::density;
+    use nephroid::low_level::kernels::gather::reference::density;
     let photons: Vec<_> = discs.iter().map(|disc| disc.stored().0).collect();
     let of = |hit| photons.iter().filter(|p| density(hit, p, Weight::Constant) > 0.0).count();
     hits.iter().map(of).sum::<usize>() as f64

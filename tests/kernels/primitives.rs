@@ -1,9 +1,9 @@
 //! Scans, reductions, compaction and sorts against their references, with awkward sizes and patterns.
 
-use nephroid::graph::{DeviceClass, DispatchArgs, Graph};
-use nephroid::kernels::generated::Aabb;
-use nephroid::kernels::reduce::Op;
-use nephroid::kernels::{Items, compact, reduce, scan, segmented_scan, sort};
+use nephroid::low_level::graph::{DeviceClass, DispatchArgs, Graph};
+use nephroid::low_level::kernels::generated::Aabb;
+use nephroid::low_level::kernels::reduce::Op;
+use nephroid::low_level::kernels::{Items, compact, reduce, scan, segmented_scan, sort};
 
 use crate::support::harness::{Harness, POISON_WORD, SIZES, assert_same, patterns};
 use crate::support::proof;

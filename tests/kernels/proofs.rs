@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use nephroid::kernels::generated;
+use nephroid::low_level::kernels::generated;
 
 use crate::support::{proof, repository};
 

@@ -1,11 +1,11 @@
 //! Rays against triangles: builder, traversal on host and device, and the adversarial cases.
 
-use nephroid::graph::Graph;
-use nephroid::kernels::bvh_host::{
+use nephroid::low_level::graph::Graph;
+use nephroid::low_level::kernels::bvh_host::{
     COUNT_ONE, FIRST_MASK, HostBvh, LEAF, MAX_DEPTH, TriangleTag, build_sah, pack_triangles,
 };
-use nephroid::kernels::generated::{BvhNode, BvhTriangle, Ray, RayHit};
-use nephroid::kernels::trace::{self, MISS, Tree};
+use nephroid::low_level::kernels::generated::{BvhNode, BvhTriangle, Ray, RayHit};
+use nephroid::low_level::kernels::trace::{self, MISS, Tree};
 
 use crate::support::device::runtime;
 use crate::support::proof;
@@ -92,7 +92,7 @@ impl Built {
     }
 }
 
-fn run<R>(g: Graph, read: impl FnOnce(&nephroid::graph::Executable) -> R) -> R {
+fn run<R>(g: Graph, read: impl FnOnce(&nephroid::low_level::graph::Executable) -> R) -> R {
     let runtime = runtime();
     let plan = g.plan().expect("a valid plan");
     let mut executable = runtime.prepare(&plan).expect("memory");

@@ -1,10 +1,10 @@
 //! The voxel volume heuristic's tree: valid on every set of boxes, the cheapest split in every node, better than the
 //! linear builder's.
 
-use nephroid::kernels::generated::Aabb;
-use nephroid::kernels::lbvh::{COUNTED_LEAF, LEAF, MAX_DEPTH};
-use nephroid::kernels::lbvh_reference::{self, Tree};
-use nephroid::kernels::vvh::{Work, build, children, expected_work};
+use nephroid::low_level::kernels::generated::Aabb;
+use nephroid::low_level::kernels::lbvh::{COUNTED_LEAF, LEAF, MAX_DEPTH};
+use nephroid::low_level::kernels::lbvh_reference::{self, Tree};
+use nephroid::low_level::kernels::vvh::{Work, build, children, expected_work};
 use proptest::prelude::*;
 
 use crate::support::boxes::{cases, check, cube};

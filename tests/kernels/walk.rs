@@ -1,12 +1,12 @@
 //! The stochastic walk through lists of photons: what it expects, by theory and on lists made up here.
 
-use nephroid::graph::{Buf, Graph};
-use nephroid::kernels::deposits::Deposits;
-use nephroid::kernels::gather::hash::Options as HashOptions;
-use nephroid::kernels::gather::reference::{Disc, gather, lambert_hit};
-use nephroid::kernels::gather::{Points, Program, Walk, Weight, brute, bvh, hash, hash_grid};
-use nephroid::kernels::lbvh;
-use nephroid::kernels::photon;
+use nephroid::low_level::graph::{Buf, Graph};
+use nephroid::low_level::kernels::deposits::Deposits;
+use nephroid::low_level::kernels::gather::hash::Options as HashOptions;
+use nephroid::low_level::kernels::gather::reference::{Disc, gather, lambert_hit};
+use nephroid::low_level::kernels::gather::{Points, Program, Walk, Weight, brute, bvh, hash, hash_grid};
+use nephroid::low_level::kernels::lbvh;
+use nephroid::low_level::kernels::photon;
 
 use crate::support::gather::{gathered, lambert};
 use crate::support::harness::Harness;
@@ -32,7 +32,7 @@ fn by_hash(g: &mut Graph, program: Program, points: Points<'_>, deposits: &mut D
 }
 
 /// Hits that draw the same numbers.
-const TOGETHER: usize = nephroid::constants::WALK_TOGETHER as usize;
+const TOGETHER: usize = nephroid::low_level::constants::WALK_TOGETHER as usize;
 
 /// Photons around one place, brighter and brighter: what is visited matters.
 fn pile(photons: usize) -> Vec<Disc> {

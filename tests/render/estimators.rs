@@ -2,10 +2,10 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use nephroid::error::Error;
-use nephroid::graph::DeviceClass;
-use nephroid::render::{Amplification, Estimator, Footprint, Record, Session, Settings, Weight};
-use nephroid::scene::Scene;
+use nephroid::Error;
+use nephroid::low_level::graph::DeviceClass;
+use nephroid::low_level::render::{Amplification, Estimator, Footprint, Record, Session, Settings, Weight};
+use nephroid::low_level::scene::Scene;
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, asset};
@@ -98,7 +98,7 @@ fn bounds_out_of_range_are_refused() {
     let scene = asset("cornell-glass");
     for bound_vertices in [0, 5, 19, u32::MAX] {
         let of = Settings { bound_vertices, ..settings(Estimator::Bounds25d, &scene, 0.03) };
-        let refused = Session::new(&runtime(), scene.clone(), of).err().map(|error| error.to_string());
+        let refused = Session::new(runtime().device(), scene.clone(), of).err().map(|error| error.to_string());
         assert!(refused.as_ref().is_some_and(|text| text.contains("6 to 18")), "{bound_vertices}: {refused:?}");
     }
 }

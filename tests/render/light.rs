@@ -4,10 +4,10 @@
 
 use std::f64::consts::PI;
 
-use nephroid::error::Error;
-use nephroid::render::{Lens, Method, Sampling, Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Limits, Material, Scene, load};
+use nephroid::Error;
+use nephroid::low_level::render::{Lens, Method, Sampling, Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Limits, Material, Scene, load};
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, assert_same, asset, from_above};
@@ -55,7 +55,7 @@ fn render(
 ) -> Blocks {
     let settings = Settings { layers: true, ..settings.clone() };
     let runtime = runtime();
-    let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
+    let mut session = Session::new(runtime.device(), scene.clone(), settings.clone()).expect("a session");
     let (mut sums, mut squares): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
     proof::ran(session.plan_text());
     let n = passes.clone().count() as f64;
@@ -164,7 +164,8 @@ fn furnace_through_a_parallel_camera_with_too_little_room() {
     let found = render(&scene, &settings(Method::Light, [32, 32], 16_384), 0..48, (&[""], 8));
     assert!(found.test(&Blocks::exact(vec![1.0; found.mean.len()])).passed);
     let runtime = runtime();
-    let mut session = Session::new(&runtime, scene, settings(Method::Light, [8, 8], 16_384)).expect("a session");
+    let mut session =
+        Session::new(runtime.device(), scene, settings(Method::Light, [8, 8], 16_384)).expect("a session");
     session.run_pass(0).expect("a pass");
     let statistics = session.statistics().expect("counts");
     assert!(statistics.repeated == 1 && statistics.deposits > 32_768, "{statistics:?}");
@@ -368,7 +369,7 @@ fn light_through_glass_as_by_late_photons() {
 fn reference(name: &str, size: [u32; 2], side: usize) -> Option<(Scene, Blocks)> {
     let folder = shared::path(&format!("scenes/{name}"))?;
     let file = folder.join("reference.exr");
-    let (picture, _) = nephroid::picture::exr::read(&file).expect("a reference");
+    let (picture, _) = nephroid::low_level::picture::exr::read(&file).expect("a reference");
     let scene = load(&folder.join(format!("{name}.gltf")), &Limits::default()).expect("a scene");
     let factor = picture.width / size[0];
     assert_eq!([picture.width, picture.height], size.map(|n| n * factor), "a whole multiple");
@@ -432,7 +433,7 @@ fn every_run_has_the_same_bits() {
 #[test]
 fn a_lens_and_sampling_are_refused() {
     let runtime = runtime();
-    let refused = |settings: Settings| match Session::new(&runtime, still_life(), settings) {
+    let refused = |settings: Settings| match Session::new(runtime.device(), still_life(), settings) {
         Err(Error::Setting { settings, .. }) => settings,
         Err(other) => panic!("{other}"),
         Ok(_) => &[],
@@ -450,7 +451,7 @@ fn a_lens_and_sampling_are_refused() {
 fn programs_hold_one_method() {
     let runtime = runtime();
     let plan = |method| {
-        let session = Session::new(&runtime, still_life(), settings(method, [8, 8], 1024)).expect("a session");
+        let session = Session::new(runtime.device(), still_life(), settings(method, [8, 8], 1024)).expect("a session");
         session.plan_text().to_string()
     };
     let (light, photons) = (plan(Method::Light), plan(Method::Photons));

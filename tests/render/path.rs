@@ -4,10 +4,10 @@
 
 use std::f64::consts::PI;
 
-use nephroid::picture::exr;
-use nephroid::render::{Lens, Method, Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};
+use nephroid::low_level::picture::exr;
+use nephroid::low_level::render::{Lens, Method, Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};
 
 use crate::support::device::runtime;
 use crate::support::proof;
@@ -39,7 +39,7 @@ fn render(scene: &Scene, settings: &Settings, cell: usize, passes: std::ops::Ran
     let group = (passes.end - passes.start).div_ceil(64);
     let count = (passes.end - passes.start) as f64 / group as f64;
     assert_eq!(count.fract(), 0.0, "whole groups");
-    let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
+    let mut session = Session::new(runtime.device(), scene.clone(), settings.clone()).expect("a session");
     let across = width / cell;
     let numbers = across * (height / cell) * 3;
     let (mut before, mut sum, mut squares) = (vec![0.0; numbers], vec![0.0; numbers], vec![0.0; numbers]);
@@ -302,7 +302,7 @@ fn point_lights_and_lenses_agree() {
 /// Mean of the green channel of a layer.
 fn layer(scene: &Scene, settings: &Settings, names: [&str; 3], passes: std::ops::Range<u64>) -> [f64; 3] {
     let runtime = runtime();
-    let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
+    let mut session = Session::new(runtime.device(), scene.clone(), settings.clone()).expect("a session");
     passes.for_each(|index| session.run_pass(index).expect("a pass"));
     proof::ran(session.plan_text());
     let picture = session.picture().expect("a picture");
@@ -331,7 +331,7 @@ fn layers_are_those_of_the_photons() {
 fn photons_plan_no_paths() {
     let runtime = runtime();
     let text = |settings| {
-        Session::new(&runtime, room(None, glass_ball()), settings).expect("a session").plan_text().to_owned()
+        Session::new(runtime.device(), room(None, glass_ball()), settings).expect("a session").plan_text().to_owned()
     };
     let photons = text(Settings { method: Method::Photons, photons: Some(1000), ..path(8) });
     assert!(!photons.contains("path_") && !photons.contains("path scatter"), "{photons}");

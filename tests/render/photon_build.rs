@@ -2,9 +2,11 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use nephroid::graph::Runtime;
-use nephroid::render::{Estimator, PhotonBuild, Record, Session, Settings, Statistics, automatic_leaf, coverage};
-use nephroid::scene::Scene;
+use nephroid::low_level::graph::Runtime;
+use nephroid::low_level::render::{
+    Estimator, PhotonBuild, Record, Session, Settings, Statistics, automatic_leaf, coverage,
+};
+use nephroid::low_level::scene::Scene;
 
 use crate::support::device::runtime;
 use crate::support::lab::asset;
@@ -14,7 +16,7 @@ fn small(photon_build: PhotonBuild, leaf_photons: Option<u32>) -> Settings {
 }
 
 fn rendered(runtime: &Runtime, scene: &Scene, settings: Settings) -> Session {
-    let mut session = Session::new(runtime, scene.clone(), settings).expect("a session");
+    let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
     (0..2).for_each(|index| assert!(session.run_pass(index).is_ok()));
     session
 }
@@ -86,7 +88,7 @@ fn the_leaf_size_follows_the_footprints() {
             photons: Some(120_000), // enough to overlap thirty times at the largest radius
             ..small(PhotonBuild::Linear, None)
         };
-        let mut session = Session::new(&runtime, scene.clone(), settings).expect("a session");
+        let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
         session.run_pass(0).expect("a pass");
         let wanted = automatic_leaf(coverage(&scene, &session.photons()), PhotonBuild::Linear);
         assert_eq!(session.leaf_photons(), Some(wanted), "the survey agrees with the pass");

@@ -2,9 +2,9 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use nephroid::render::{Estimator, Sampling, Scale, Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Light, Material, Scene};
+use nephroid::low_level::render::{Estimator, Sampling, Scale, Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Light, Material, Scene};
 
 use crate::support::device::runtime;
 use crate::support::lab::{self, Shot, asset, from_above, settings};
@@ -246,12 +246,12 @@ fn settings_out_of_range_are_refused() {
     let runtime = runtime();
     for sampling in [Sampling::Regular(1), Sampling::Regular(17), stochastic(0), stochastic(1000)] {
         let settings = Settings { sampling, ..settings(8, 8, 1000) };
-        let error = Session::new(&runtime, scene.clone(), settings).err().expect("an error").to_string();
+        let error = Session::new(runtime.device(), scene.clone(), settings).err().expect("an error").to_string();
         assert!(error.contains("expected 2 to 16"), "{error}");
     }
     for estimator in Estimator::ALL.into_iter().filter(|e| !e.walks()) {
         let settings = Settings { sampling: stochastic(2), estimator: Some(estimator), ..settings(8, 8, 1000) };
-        let error = Session::new(&runtime, scene.clone(), settings).err().expect("an error").to_string();
+        let error = Session::new(runtime.device(), scene.clone(), settings).err().expect("an error").to_string();
         assert!(error.contains(estimator.name()) && error.contains("regular sampling"), "{error}");
     }
 }

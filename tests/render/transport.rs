@@ -2,9 +2,9 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use nephroid::render::{Session, Settings};
-use nephroid::scene::shapes::Mesh;
-use nephroid::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
+use nephroid::low_level::render::{Session, Settings};
+use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
 
 use crate::support::device::runtime;
 
@@ -23,7 +23,7 @@ const FIRST: u64 = 256;
 fn mean_with(scene: Scene, passes: u64, settings: Settings) -> f64 {
     let runtime = runtime();
     let pixels = f64::from(settings.pixels());
-    let mut session = Session::new(&runtime, scene, settings).expect("a session");
+    let mut session = Session::new(runtime.device(), scene, settings).expect("a session");
     for index in FIRST..FIRST + passes {
         session.run_pass(index).expect("a pass");
     }
@@ -287,7 +287,7 @@ fn scale_changes_no_bit() {
         scene.cameras[0].position = scene.cameras[0].position.map(|x| x * scale);
         let runtime = runtime();
         let settings = Settings { photons: Some(4096), ..small() };
-        let mut session = Session::new(&runtime, scene, settings).expect("a session");
+        let mut session = Session::new(runtime.device(), scene, settings).expect("a session");
         session.run_pass(0).expect("a pass");
         session.moments().expect("the film")
     };

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::LazyLock;
 
-use nephroid::scene::{Environment, Limits, World, load};
+use nephroid::low_level::scene::{Environment, Limits, World, load};
 use proptest::prelude::{ProptestConfig, any, prop};
 use serde_json::{Value, json};
 

@@ -1,6 +1,8 @@
 //! What is read from small glTF files: placement, attributes, materials, lights and cameras.
 
-use nephroid::scene::{EnvironmentFile, Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment};
+use nephroid::low_level::scene::{
+    EnvironmentFile, Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment,
+};
 use serde_json::{Value, json};
 
 use crate::support::files::{self, Files, floats, load_glb, set, triangle, triangle_bin, with};

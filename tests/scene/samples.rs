@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use nephroid::scene::{Environment, EnvironmentFile, Limits, Scene, World, load, load_with_environment};
+use nephroid::low_level::scene::{Environment, EnvironmentFile, Limits, Scene, World, load, load_with_environment};
 
 use crate::support::shared;
 
@@ -137,7 +137,7 @@ fn environment_maps_load() {
 }
 
 /// Calls `read` on every file; a panic is a failure, an error must be one line.
-fn survives(paths: &[PathBuf], read: impl Fn(&Path) -> nephroid::error::Result<()>) -> usize {
+fn survives(paths: &[PathBuf], read: impl Fn(&Path) -> nephroid::Result<()>) -> usize {
     let mut errors = 0;
     for path in paths {
         let result = catch_unwind(AssertUnwindSafe(|| read(path)));

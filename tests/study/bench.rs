@@ -1,17 +1,17 @@
 //! What the measurements count.
 
-use nephroid::bench::blobs;
-use nephroid::graph::{Graph, Grid, Runtime};
-use nephroid::kernels::generated::{BenchMultiply, BenchMultiplyBindings, BenchMultiplyParams};
-use nephroid::render::{Session, Settings, Statistics};
+use nephroid::low_level::bench::blobs;
+use nephroid::low_level::graph::{Graph, Grid, Runtime};
+use nephroid::low_level::kernels::generated::{BenchMultiply, BenchMultiplyBindings, BenchMultiplyParams};
+use nephroid::low_level::render::{Session, Settings, Statistics};
 
 use crate::support::device::runtime;
 use crate::support::proof;
 
 /// Renders two passes of the measured scene; counts pairs if told to.
-fn render(runtime: &Runtime, count_pairs: bool) -> (nephroid::picture::image::Picture, Statistics) {
+fn render(runtime: &Runtime, count_pairs: bool) -> (nephroid::low_level::picture::image::Picture, Statistics) {
     let settings = Settings { width: 24, height: 16, photons: Some(5000), count_pairs, ..Settings::default() };
-    let mut session = Session::new(runtime, blobs(8, 16), settings).expect("a session");
+    let mut session = Session::new(runtime.device(), blobs(8, 16), settings).expect("a session");
     for index in 0..2 {
         session.run_pass(index).expect("a pass");
     }

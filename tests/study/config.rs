@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use nephroid::render::{Estimator, Settings};
-use nephroid::scene::Scene;
-use nephroid::study::config::{self, Reference, Study};
-use nephroid::study::results::Budget;
+use nephroid::low_level::render::{Estimator, Settings};
+use nephroid::low_level::scene::Scene;
+use nephroid::low_level::study::config::{self, Reference, Study};
+use nephroid::low_level::study::results::Budget;
 
 use crate::support::repository;
 

@@ -4,13 +4,13 @@
 
 use std::path::Path;
 
-use nephroid::compare::metrics;
-use nephroid::error::Error;
-use nephroid::graph::Runtime;
-use nephroid::study::plan::Plan;
-use nephroid::study::results::{Budget, Results};
-use nephroid::study::runner::{Observer, Progress};
-use nephroid::study::{config, output, runner};
+use nephroid::Error;
+use nephroid::low_level::compare::metrics;
+use nephroid::low_level::graph::Runtime;
+use nephroid::low_level::study::plan::Plan;
+use nephroid::low_level::study::results::{Budget, Results};
+use nephroid::low_level::study::runner::{Observer, Progress};
+use nephroid::low_level::study::{config, output, runner};
 
 use crate::support::device::runtime;
 use crate::support::lab::asset;
@@ -106,14 +106,14 @@ fn go(path: &Path, runtime: &Runtime, observer: &mut Counter) -> Result<Results,
 
 /// A picture for the box: a reference in a file.
 fn make_box(folder: &Path, runtime: &Runtime) {
-    use nephroid::render::{Session, Settings};
+    use nephroid::low_level::render::{Session, Settings};
     let scene = asset("cornell");
     let settings = Settings { width: 10, height: 10, photons: Some(4000), seed: 77, ..Settings::default() };
-    let mut session = Session::new(runtime, scene, settings).expect("a session");
+    let mut session = Session::new(runtime.device(), scene, settings).expect("a session");
     (0..4).for_each(|pass| session.run_pass(pass).expect("a pass"));
     std::fs::create_dir_all(folder.join("out")).expect("a folder");
-    let output = nephroid::picture::output::Output::check(&folder.join("out/box.exr")).expect("writable");
-    let map = nephroid::picture::tonemap::ToneMap::default();
+    let output = nephroid::low_level::picture::output::Output::check(&folder.join("out/box.exr")).expect("writable");
+    let map = nephroid::low_level::picture::tonemap::ToneMap::default();
     output.write(&session.picture().expect("a picture"), &Default::default(), map).expect("written");
 }
 
@@ -145,10 +145,11 @@ fn check_results(results: &Results, folder: &Path) {
     let order: Vec<_> = results.measurements.iter().step_by(3).map(|r| (r.seed, &*r.scene, &*r.variant)).collect();
     assert_eq!(order[..3], [(1, "ring", "narrow"), (1, "ring", "wide, slow"), (1, "box", "narrow")], "seeds outermost");
     let one = &results.measurements[2];
-    let picture = nephroid::picture::exr::read(&folder.join("out/pictures/ring-narrow-1.exr")).expect("kept").0;
+    let picture =
+        nephroid::low_level::picture::exr::read(&folder.join("out/pictures/ring-narrow-1.exr")).expect("kept").0;
     let references = std::fs::read_dir(folder.join("out/references")).expect("a folder");
     let reference = references.map(|entry| entry.expect("an entry").path()).next().expect("one reference");
-    let reference = nephroid::picture::exr::read(&reference).expect("kept").0;
+    let reference = nephroid::low_level::picture::exr::read(&reference).expect("kept").0;
     assert_eq!(metrics::compare(&picture, &reference, "").expect("one size").relmse, one.error.relmse);
     assert_eq!(results.decompositions.len(), 2 * 2);
     for d in &results.decompositions {

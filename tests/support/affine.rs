@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nephroid::vk::*;
+use nephroid::low_level::vk::*;
 
 /// `target[i] = FACTOR * source[i] + addend` for `i < count`, 64 invocations a group.
 pub fn affine(device: &Arc<Device>, factor: u32) -> Arc<Pipeline> {

@@ -1,9 +1,9 @@
 //! What a tree over boxes has to be, whoever built it, and boxes that stress builders.
 
-use nephroid::kernels::generated::Aabb;
-use nephroid::kernels::lbvh::{COUNTED_LEAF, END, LEAF};
-use nephroid::kernels::lbvh_reference::Tree;
-use nephroid::kernels::reduce;
+use nephroid::low_level::kernels::generated::Aabb;
+use nephroid::low_level::kernels::lbvh::{COUNTED_LEAF, END, LEAF};
+use nephroid::low_level::kernels::lbvh_reference::Tree;
+use nephroid::low_level::kernels::reduce;
 
 use super::random::Random;
 

@@ -4,8 +4,8 @@
 
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
-use nephroid::graph::Runtime;
-use nephroid::vk::{Device, DeviceOptions};
+use nephroid::low_level::graph::Runtime;
+use nephroid::low_level::vk::{Device, DeviceOptions};
 
 /// The chosen device, as the program's `--device` takes it.
 pub fn name() -> String {

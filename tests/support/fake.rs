@@ -1,7 +1,9 @@
 //! Kernels for tests of the graph that need no device: any number of buffers, no code.
 
-use nephroid::graph::{Access, Bindings, Buf, FragmentShader, GeometryShader, Kernel, KernelInfo, Shader, ShaderInfo};
-use nephroid::graph::{Spirv, Stage, Use, VertexShader};
+use nephroid::low_level::graph::{
+    Access, Bindings, Buf, FragmentShader, GeometryShader, Kernel, KernelInfo, Shader, ShaderInfo,
+};
+use nephroid::low_level::graph::{Spirv, Stage, Use, VertexShader};
 
 /// A kernel by its facts alone, with one word of push constants.
 #[derive(Clone, Copy)]

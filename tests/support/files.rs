@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use nephroid::error::Result;
-use nephroid::scene::{Limits, Scene, load};
+use nephroid::Result;
+use nephroid::low_level::scene::{Limits, Scene, load};
 use serde_json::{Value, json};
 
 /// Little-endian bytes of floats.

@@ -1,11 +1,11 @@
 //! Photons and eye hits made up by tests, gathered by any estimator, beside the specification in double precision.
 
-use nephroid::graph::{Buf, DeviceClass, Graph, Persistent};
-use nephroid::kernels::compact;
-use nephroid::kernels::deposits::{COUNTERS, Deposits};
-use nephroid::kernels::gather::reference::Disc;
-use nephroid::kernels::gather::{Band, Points, Program, Walk, Weight};
-use nephroid::kernels::generated::{Aabb, Camera, EyeHit, Pass, Photon};
+use nephroid::low_level::graph::{Buf, DeviceClass, Graph, Persistent};
+use nephroid::low_level::kernels::compact;
+use nephroid::low_level::kernels::deposits::{COUNTERS, Deposits};
+use nephroid::low_level::kernels::gather::reference::Disc;
+use nephroid::low_level::kernels::gather::{Band, Points, Program, Walk, Weight};
+use nephroid::low_level::kernels::generated::{Aabb, Camera, EyeHit, Pass, Photon};
 
 use super::harness::Harness;
 use super::random::Random;
@@ -160,7 +160,7 @@ pub fn difference(found: &[Light], expected: &[[[f64; 3]; 2]], tolerance: f64) -
 /// Photons of one radius or of many on the floor y = 0 of the unit square and on a wall beside it, with hits among
 /// them.
 pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2]) -> (Vec<Disc>, Vec<EyeHit>) {
-    use nephroid::kernels::gather::reference::lambert_hit;
+    use nephroid::low_level::kernels::gather::reference::lambert_hit;
     let mut random = Random(7);
     let place = |r: &mut Random| {
         let (u, v, wall) = (r.unit(), r.unit(), r.unit() < 0.3);

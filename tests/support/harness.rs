@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::MutexGuard;
 
 use bytemuck::Pod;
-use nephroid::graph::{DeviceClass, Graph, Persistent, Runtime};
+use nephroid::low_level::graph::{DeviceClass, Graph, Persistent, Runtime};
 
 use super::random::Random;
 use super::{device, proof};
@@ -42,7 +42,7 @@ impl Harness {
         Self { runtime: device::runtime() }
     }
 
-    /// Whether kernels may use memory barriers where invocations diverge ([`nephroid::kernels::lbvh::Options`]).
+    /// Whether kernels may use memory barriers where invocations diverge ([`nephroid::low_level::kernels::lbvh::Options`]).
     pub fn fences(&self) -> bool {
         self.runtime.device().loop_limit().is_none()
     }

@@ -1,10 +1,10 @@
 //! Renders with the checks that hold for every render, and comparators.
 
-use nephroid::film::accumulate::Film;
-use nephroid::film::error_estimate::Model;
-use nephroid::picture::image::Picture;
-use nephroid::render::{Session, Settings, Statistics};
-use nephroid::scene::{self, Camera, Limits, Projection, Scene};
+use nephroid::low_level::film::accumulate::Film;
+use nephroid::low_level::film::error_estimate::Model;
+use nephroid::low_level::picture::image::Picture;
+use nephroid::low_level::render::{Session, Settings, Statistics};
+use nephroid::low_level::scene::{self, Camera, Limits, Projection, Scene};
 
 use super::device::runtime;
 use super::{proof, repository};
@@ -47,7 +47,7 @@ impl Shot {
     /// Renders the passes `first .. end`.
     pub fn take(scene: &Scene, settings: &Settings, passes: std::ops::Range<u64>) -> Self {
         let runtime = runtime();
-        let mut session = Session::new(&runtime, scene.clone(), settings.clone()).expect("a session");
+        let mut session = Session::new(runtime.device(), scene.clone(), settings.clone()).expect("a session");
         for pass in passes {
             // Validation messages end a pass with an error.
             session.run_pass(pass).expect("a pass without validation message");

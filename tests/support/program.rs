@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use nephroid::picture::exr;
-use nephroid::picture::image::Picture;
+use nephroid::low_level::picture::exr;
+use nephroid::low_level::picture::image::Picture;
 
 use super::{device, repository};
 

@@ -1,6 +1,6 @@
 //! A camera for hits made up by tests, so that estimators that work in the image have one.
 
-use nephroid::kernels::generated::{Camera, EyeHit};
+use nephroid::low_level::kernels::generated::{Camera, EyeHit};
 
 /// A camera and the number of bands that its image is cut into.
 #[derive(Clone, Copy)]

@@ -1,7 +1,7 @@
 //! The device layer on whatever Vulkan device there is, under validation with synchronisation validation.
 
-use nephroid::error::{Error, MemoryCause};
-use nephroid::vk::*;
+use nephroid::low_level::vk::*;
+use nephroid::{Error, MemoryCause};
 
 use crate::support::affine::*;
 use crate::support::device::{open as device, validated as options};

@@ -1,7 +1,7 @@
 //! The checks check: what the tests of `vk` rely on is shown to fail on sabotaged input.
 
-use nephroid::error::Error;
-use nephroid::vk::*;
+use nephroid::Error;
+use nephroid::low_level::vk::*;
 
 use crate::support::affine::*;
 use crate::support::device::{open as device, validated as options};
