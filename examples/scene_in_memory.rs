@@ -6,7 +6,6 @@
 
 use std::path::Path;
 
-use nephroid::Transform;
 use nephroid::low_level::scene::shapes::CylinderCells;
 use nephroid::{Camera, Device, DeviceOptions, Instance, Light, Material, Mesh, Result, Scene, Session, Settings};
 
