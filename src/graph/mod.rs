@@ -10,6 +10,7 @@
 mod declare;
 mod draw;
 mod dump;
+mod place;
 mod plan;
 mod raster;
 mod run;
@@ -21,7 +22,8 @@ pub use declare::{
     KernelInfo, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
 };
 pub use draw::{DrawArgs, DrawCount, DrawSpec, RasterSpec, ShaderInfo, Spirv, Stage, StageSpec};
-pub use plan::{Placement, Plan, PlanError};
+pub use place::Placement;
+pub use plan::{Plan, PlanError};
 pub use raster::{Draw, FragmentShader, GeometryShader, Instances, RasterPass, Shader, VertexShader};
 pub use run::{Executable, Runtime};
 pub use trace::{Timing, chrome_trace};

@@ -4,12 +4,7 @@ use std::fmt;
 
 use super::declare::{Access, BufferInfo, BufferKind, Graph, GridSpec, MOST_GROUPS, Operation, PassInfo, Use};
 use super::draw::{DrawCount, RasterSpec};
-
-/// Alignment of every transient: above any device's storage buffer offset alignment (at most 256 by the standard).
-const ALIGNMENT: u64 = 256;
-
-/// Arena size that no plan exceeds unless one buffer alone is larger; below the allocation limit of every known device.
-const ARENA_BYTES: u64 = 1 << 30;
+use super::place::{Placement, Transient, padded, place};
 
 /// A mistake in the declarations.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,15 +73,6 @@ impl fmt::Display for PlanError {
 
 impl std::error::Error for PlanError {}
 
-/// Memory of a transient: an arena and a byte offset into it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Placement {
-    /// Index of the arena.
-    pub arena: u32,
-    /// Byte offset.
-    pub offset: u64,
-}
-
 /// What will run, in which order, in which memory.
 pub struct Plan {
     /// All declared buffers.
@@ -122,7 +108,11 @@ impl Graph {
         }
         let phase = phases(&passes, self.buffers.len());
         let lifetime = lifetimes(&passes, &phase, self.buffers.len());
-        let (placement, arenas) = place(&self.buffers, &lifetime);
+        let transients = self.buffers.iter().zip(&lifetime).map(|(info, lifetime)| {
+            let lifetime = lifetime.filter(|_| matches!(info.kind, BufferKind::Transient))?;
+            Some(Transient { bytes: info.bytes, lifetime })
+        });
+        let (placement, arenas) = place(transients);
         Ok(Plan {
             buffers: self.buffers,
             passes,
@@ -240,7 +230,7 @@ impl Plan {
     /// Bytes that transients would need without aliasing.
     pub fn transient_bytes(&self) -> u64 {
         let used = self.buffers.iter().zip(&self.placement).filter(|(_, place)| place.is_some());
-        used.map(|(info, _)| info.bytes.next_multiple_of(ALIGNMENT)).sum()
+        used.map(|(info, _)| padded(info.bytes)).sum()
     }
 
     /// Fills every transient with `word` when its life begins. A result that depends on the word was computed from
@@ -287,37 +277,4 @@ fn lifetimes(passes: &[PassInfo], phase: &[u32], buffer_count: usize) -> Vec<Opt
         }
     }
     lifetime
-}
-
-/// First fit in order of declaration: the lowest offset that no buffer of an overlapping lifetime holds.
-fn place(buffers: &[BufferInfo], lifetime: &[Option<(u32, u32)>]) -> (Vec<Option<Placement>>, Vec<u64>) {
-    let mut placement: Vec<Option<Placement>> = vec![None; buffers.len()];
-    let mut arenas: Vec<u64> = Vec::new();
-    for index in 0..buffers.len() {
-        let (BufferKind::Transient, Some(span)) = (&buffers[index].kind, lifetime[index]) else { continue };
-        let bytes = buffers[index].bytes.next_multiple_of(ALIGNMENT);
-        let mut arena = 0;
-        let offset = loop {
-            let mut taken: Vec<(u64, u64)> = (0..index)
-                .filter_map(|other| {
-                    let (place, (first, last)) = (placement[other]?, lifetime[other]?);
-                    let overlaps = place.arena == arena && first <= span.1 && span.0 <= last;
-                    overlaps.then(|| (place.offset, place.offset + buffers[other].bytes.next_multiple_of(ALIGNMENT)))
-                })
-                .collect();
-            taken.sort_unstable();
-            let offset = taken.iter().fold(0, |at, &(from, to)| if at + bytes <= from { at } else { at.max(to) });
-            if offset + bytes <= ARENA_BYTES || offset == 0 {
-                break offset;
-            }
-            arena += 1;
-        };
-        if arenas.len() <= arena as usize {
-            arenas.push(0);
-        }
-        let end = &mut arenas[arena as usize];
-        *end = (*end).max(offset + bytes);
-        placement[index] = Some(Placement { arena, offset });
-    }
-    (placement, arenas)
 }
