@@ -135,7 +135,9 @@ fn photons(runtime: &Runtime, scene: &Scene, effort: Effort, begin: &mut dyn FnM
     };
     let pixels = u64::from(effort.size[0]) * u64::from(effort.size[1]);
     let of = format!("{}x{}, {emitted} photons", effort.size[0], effort.size[1]);
+    let (passes, planning) = (session.plan_passes() as u64, vec![session.planning_seconds()]);
     let rates = vec![
+        rate("plan, host", passes, "passes", planning, Floor::Unknown, "once for a session".into()),
         rate("photons traced", emitted, "photons", tracing, Floor::Unknown, format!("{stored} stored")),
         rate("photon map", stored, "photons", building, Floor::Bytes(BUILD_BYTES), String::new()),
         rate("whole pass", pixels, "pixels", whole, Floor::Unknown, of),

@@ -1,6 +1,8 @@
 //! One pass, top to bottom: the method prepares its photons, then each band of pixels gets its light and adds it to the
 //! film. Where the host builds the photon map, the same in two halves.
 
+use std::time::Instant;
+
 use super::budget::PhotonBudget;
 use super::content::Content;
 use super::film_state::{BandFilm, FilmState};
@@ -21,6 +23,8 @@ pub struct Planned {
     pub plan: Plan,
     pub pass: Input<Pass>,
     pub reports: Reports,
+    /// Seconds that planning took.
+    pub seconds: f64,
 }
 
 /// Declares and plans a pass that the device does by itself.
@@ -69,8 +73,9 @@ fn begin(content: Content<'_>) -> (Graph, SceneBuffers, Input<Pass>) {
 }
 
 fn end(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
+    let start = Instant::now();
     let plan = g.plan().unwrap_or_else(|error| panic!("the pass is declared wrong: {error}"));
-    Planned { plan, pass, reports }
+    Planned { plan, pass, reports, seconds: start.elapsed().as_secs_f64() }
 }
 
 /// The light of every band, added to the film.

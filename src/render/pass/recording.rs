@@ -50,6 +50,8 @@ pub struct Recording {
     pub dump: String,
     /// Passes of the plan.
     pub dispatches: usize,
+    /// Seconds that planning took: checks, culling, phases, memory.
+    pub planning_seconds: f64,
 }
 
 impl Recording {
@@ -58,8 +60,14 @@ impl Recording {
     /// # Errors
     /// [`crate::error::Error::OutOfMemory`] for what does not fit the device.
     pub fn new(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Result<Self> {
-        let mut recording =
-            Self { runtime: runtime.clone(), parts: vec![], between: None, dump: String::new(), dispatches: 0 };
+        let mut recording = Self {
+            runtime: runtime.clone(),
+            parts: vec![],
+            between: None,
+            dump: String::new(),
+            dispatches: 0,
+            planning_seconds: 0.0,
+        };
         if content.settings.photon_build == PhotonBuild::Linear || !content.has_photon_tree(budget) {
             recording.add(plan(content, budget, state))?;
             return Ok(recording);
@@ -73,10 +81,11 @@ impl Recording {
         Ok(recording)
     }
 
-    fn add(&mut self, Planned { plan, pass, reports }: Planned) -> Result<()> {
+    fn add(&mut self, Planned { plan, pass, reports, seconds }: Planned) -> Result<()> {
         self.parts.push(Part { executable: self.runtime.prepare(&plan)?, pass, reports });
         self.dump += &plan.dump();
         self.dispatches += plan.passes.len();
+        self.planning_seconds += seconds;
         Ok(())
     }
 

@@ -65,6 +65,11 @@ impl Session {
         self.recording.dispatches
     }
 
+    /// Seconds that planning of a pass took on the host, declaration and recording not included.
+    pub fn planning_seconds(&self) -> f64 {
+        self.recording.planning_seconds
+    }
+
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
         self.recording.device_bytes()
