@@ -74,8 +74,13 @@ fn relative(path: &Path) -> String {
 
 /// The code of a file: no comments, no strings, and nothing from the tests at its end on.
 fn code(text: &str) -> String {
+    code_and_strings(text).0
+}
+
+/// The code of a file and its string literals, both without comments and without the tests at its end.
+fn code_and_strings(text: &str) -> (String, Vec<&str>) {
     let mut rest = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
-    let mut code = String::new();
+    let (mut code, mut strings) = (String::new(), vec![]);
     while let Some(letter) = rest.chars().next() {
         let skipped = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
@@ -89,9 +94,31 @@ fn code(text: &str) -> String {
             code.push(letter);
             letter.len_utf8()
         };
+        if letter == '"' || rest.starts_with("r#\"") {
+            strings.push(&rest[..skipped]);
+        }
         rest = &rest[skipped..];
     }
-    code
+    (code, strings)
+}
+
+/// Whether a string names a flag: two hyphens and a letter, other than a variable of a style sheet.
+fn names_flag(string: &str) -> bool {
+    string.match_indices("--").any(|(at, hyphens)| {
+        let (before, after) = (&string[..at], &string[at + hyphens.len()..]);
+        let is_variable = [";", "{", "var("].iter().any(|end| before.ends_with(end));
+        after.starts_with(|c: char| c.is_ascii_alphabetic()) && !is_variable
+    })
+}
+
+/// Strings that name a flag, in a file that knows none.
+fn flag_faults(file: &str, text: &str) -> Vec<String> {
+    if file.starts_with("src/cli/") {
+        return vec![];
+    }
+    let (_, strings) = code_and_strings(text);
+    let at_fault = strings.into_iter().filter(|string| names_flag(string));
+    at_fault.map(|string| format!("{file}: a flag below the command line: {string}")).collect()
 }
 
 /// Bytes of the string literal at the start.
@@ -319,7 +346,21 @@ fn unsafe_has_one_address() {
 }
 
 #[test]
+fn only_the_command_line_names_flags() {
+    let faults: Vec<_> = files("src", &["rs"]).iter().flat_map(|(file, text)| flag_faults(file, text)).collect();
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
 fn the_checkers_of_text_see_faults() {
+    let advice = "const A: &str = \"lower --photons\"; // --size";
+    assert_eq!((flag_faults("src/vk/buffer.rs", advice).len(), flag_faults("src/cli/advice.rs", advice).len()), (1, 0));
+    assert_eq!(flag_faults("src/vk/buffer.rs", "f(r#\"lower --photons\"#, \"a -- b\", \"--\") // \"--size\"").len(), 1);
+    assert_eq!(
+        flag_faults("src/study/report/mod.rs", "const STYLE: &str = \":root{--ink:#202020}a{color:var(--ink)}\";")
+            .len(),
+        0
+    );
     assert_eq!(text_faults("a.rs", &"\n".repeat(MOST_LINES)), Vec::<String>::new());
     assert_eq!(text_faults("a.rs", &"\n".repeat(MOST_LINES + 1)).len(), 1);
     let at = |folder: &str| text_faults("a.rs", &format!("let x = \"/{folder}/someone/x\";")).len();
