@@ -7,7 +7,9 @@
 use std::path::Path;
 
 use nephroid::low_level::scene::shapes::CylinderCells;
-use nephroid::{Camera, Device, DeviceOptions, Instance, Light, Material, Mesh, Result, Scene, Session, Settings};
+use nephroid::{
+    Camera, Device, DeviceOptions, Instance, Light, Material, Mesh, Result, Scene, Session, Settings, Transform,
+};
 
 /// A ring of metal, a cylinder that reflects on its inside, and a lamp beside it.
 fn ring() -> Scene {
