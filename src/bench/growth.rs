@@ -30,7 +30,7 @@ impl Variable {
 /// Part of the time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Building what is gathered from.
+    /// Building the structure that the gather uses.
     Build,
     /// Gathering.
     Gather,
@@ -96,7 +96,7 @@ pub struct Step {
     pub photons: u32,
     /// Size of the picture.
     pub size: [u32; 2],
-    /// What was measured, or why nothing was.
+    /// The measured points, or the reason why there are none.
     pub outcome: std::result::Result<Raced, String>,
 }
 
@@ -184,7 +184,7 @@ pub fn growth(
     begin: &mut dyn FnMut(&str),
 ) -> Growth {
     let name = scene.path.display().to_string();
-    // The renderer's choice depends on the pixels: here it must not.
+    // By default the number of photons follows from the pixels; here only one of the two may grow.
     let photons = trial.estimators.first().map_or(0, |&first| trial.settings(first).photon_count());
     let mut curves = Vec::new();
     for variable in [Variable::Photons, Variable::Pixels] {

@@ -20,7 +20,7 @@ const PAIR_INSTRUCTIONS: [f64; 2] = [24.0, 80.0];
 /// What was measured on a scene.
 #[derive(Debug, Clone)]
 pub struct SceneReport {
-    /// Its file, or what it is.
+    /// Its file, or a description of a generated one.
     pub name: String,
     /// Triangles.
     pub triangles: usize,

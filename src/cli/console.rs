@@ -18,7 +18,7 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
-/// On a terminal only: elsewhere nobody watches it turn.
+/// A turning sign that a measurement is running. It is shown on a terminal only.
 pub(super) fn spinner() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();

@@ -140,7 +140,7 @@ fn warn_about_devices(abouts: &[About], progress: &Progress) {
     }
 }
 
-/// One part in memory at a time, beside the sum.
+/// Adds the parts one after the other: besides the sum only one part is in memory.
 fn merge(paths: &[PathBuf], abouts: &[About], progress: &mut Progress) -> Result<FilmFile> {
     let read = |at: usize| {
         let file = film_file::read(&paths[at])?;

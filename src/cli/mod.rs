@@ -75,7 +75,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     match parse(args).and_then(|cli| cli.map_or(Ok(()), run)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // With standard error closed there is nobody left to tell.
+            // If standard error is closed, the exit code is all that can be reported.
             let _ = writeln!(std::io::stderr(), "nephroid: {}", advice::sentence(&error));
             ExitCode::from(error.exit_code())
         }

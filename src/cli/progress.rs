@@ -21,7 +21,7 @@ pub struct Status {
     pub left: Option<f64>,
 }
 
-/// When a render ends: at the first limit it reaches. Without any it goes on until its target error.
+/// Limits of a render, which ends at the first that it reaches. Without limits it ends at its target error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Number of passes.
@@ -124,12 +124,12 @@ impl Progress {
 }
 
 fn bar() -> ProgressBar {
-    // The template is a constant that is known to parse; a plain bar is the fallback all the same.
+    // The template is a constant that parses; the plain bar only avoids a panic.
     let style = ProgressStyle::with_template("[{bar:32}] {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr()).with_style(style.progress_chars("=> "))
 }
 
-/// A render goes on even if nobody can read what it says.
+/// A render goes on even if standard error is closed.
 fn say(sentence: &str) {
     let _ = writeln!(std::io::stderr(), "{sentence}");
 }

@@ -148,7 +148,7 @@ impl<'a> Show<'a> {
     }
 }
 
-/// A study goes on even if nobody can read what it says.
+/// A study goes on even if standard error is closed.
 fn say(sentence: &str) {
     let _ = writeln!(std::io::stderr(), "{sentence}");
 }

@@ -66,7 +66,7 @@ pub struct SceneEntry {
 pub enum Reference {
     /// An EXR.
     File(PathBuf),
-    /// A long render of our own, kept in the output folder.
+    /// A long render by the study itself, kept in the output folder.
     Render(Box<ReferenceRender>),
 }
 

@@ -287,7 +287,7 @@ pub fn steps(values: impl Iterator<Item = f64>) -> Vec<f64> {
 pub(super) mod tests {
     use super::*;
 
-    /// A point with a trimmed relMSE, the same at all else that does not matter.
+    /// A measurement with this relMSE; the other fields are constant.
     pub(in crate::study) fn measurement(
         scene: &str,
         variant: &str,

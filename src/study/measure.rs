@@ -137,7 +137,7 @@ fn median(numbers: &[f64]) -> Option<f64> {
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// What a render is measured for.
+/// What is rendered, and what is measured on the way.
 pub struct Order<'a> {
     /// Scene.
     pub scene: &'a Scene,
@@ -149,7 +149,7 @@ pub struct Order<'a> {
     pub reference: &'a Picture,
     /// Whether HDR-FLIP is measured.
     pub flip: bool,
-    /// The measurement of all that is known before the render: names, settings, time of loading.
+    /// A measurement with what is known before the render: names, settings, time of loading.
     pub blank: Measurement,
 }
 

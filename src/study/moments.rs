@@ -32,7 +32,7 @@ impl Moments {
         }
     }
 
-    /// Pictures so far.
+    /// Number of pictures that were added.
     pub fn count(&self) -> u64 {
         self.count
     }

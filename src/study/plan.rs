@@ -175,7 +175,7 @@ impl<'a> Plan<'a> {
         format!("{}, {}", info.name, info.driver)
     }
 
-    /// Whether there is nothing left to do for it.
+    /// Whether its result is known.
     pub fn is_done(&self, unit: &Unit) -> bool {
         match unit.work {
             Work::Reference => self.scenes[unit.scene].reference.file.is_file(),
@@ -262,7 +262,7 @@ fn load(study: &Study, entry: &SceneEntry) -> Result<LoadedScene> {
     Ok(LoadedScene { entry: entry.clone(), scene, camera, seconds, reference })
 }
 
-/// The folder of the references of our own.
+/// The folder of the references that the study renders itself.
 pub fn references(output: &Path) -> PathBuf {
     output.join("references")
 }

@@ -1,4 +1,4 @@
-//! Does what a study has left to do, and gathers its results.
+//! Runs the work that a study has left, and gathers its results.
 
 use std::time::Instant;
 
@@ -17,11 +17,11 @@ use crate::picture::output::Output;
 use crate::picture::tonemap::ToneMap;
 use crate::render::Settings;
 
-/// Whoever looks on.
+/// Receives notes and progress of a study, and can end it.
 pub trait Observer {
-    /// A sentence.
+    /// Takes a sentence for the user.
     fn note(&mut self, sentence: &str);
-    /// What is going on; called for each pass.
+    /// Takes the progress; called for each pass.
     fn progress(&mut self, progress: &Progress<'_>);
     /// Whether the study is to end.
     fn is_stopped(&self) -> bool;
@@ -30,7 +30,7 @@ pub trait Observer {
 /// How far a study is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
-    /// The piece of work that is going on.
+    /// The piece of work that is running.
     pub what: &'a str,
     /// Its number among all, from 1.
     pub number: usize,
@@ -56,7 +56,7 @@ pub fn run(study: &Study, runtime: &Runtime, observer: &mut dyn Observer) -> Res
     Ok(results(&plan))
 }
 
-/// Does what is left to do. What was done is in the store, whatever happens.
+/// Runs the work that is left. Finished work is in the store even if an error or a stop follows.
 ///
 /// # Errors
 /// As [`run`].

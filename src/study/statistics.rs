@@ -1,4 +1,5 @@
-//! Statistics over seeds: quantiles, slopes with honest intervals, curves compared at equal time and at equal error.
+//! Statistics over seeds: quantiles, slopes with confidence intervals, curves compared at equal time and at equal
+//! error.
 
 use crate::compare::quantiles;
 use crate::fit::fit;
@@ -137,7 +138,7 @@ pub enum Reached {
     Before(f64),
     /// There.
     At(f64),
-    /// Nowhere.
+    /// It does not reach the value.
     Never,
 }
 

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 
 /// What can be read from a word or a number.
 pub trait Spelled: Sized {
-    /// The value, or what would have been expected.
+    /// Reads the value; the error says what is expected.
     ///
     /// # Errors
     /// A sentence.

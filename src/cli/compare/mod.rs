@@ -94,7 +94,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     };
     let pictures = Pictures { x: read(&args.picture)?, r: read(&args.reference)?, args };
     let mut comparison = pictures.compare()?;
-    // Before anything is written: a limit for a measure that there is not is a mistake.
+    // Checked before anything is written: a limit for a measure that was left out is a mistake.
     let exceeded = comparison.exceeded(&args.fail_above)?;
     if let Some(output) = heat_map {
         comparison.heat_map = Some(pictures.heat_map(output.destination(), &comparison)?);

@@ -1,4 +1,4 @@
-//! The film of a render between two starts of the program: taken up at the beginning, written down every minute.
+//! Checkpoints: the film of an earlier start is read at the beginning, and the film is written every minute.
 
 use std::path::Path;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use crate::picture::image::Picture;
 use crate::picture::output::Destination;
 use crate::render::Session;
 
-/// The order of passes of a render, and what is kept of them.
+/// Which pass comes next, and when the film is written.
 pub(super) struct Checkpoints<'a> {
     order: &'a FilmOrder,
     identity: Identity,
@@ -26,7 +26,7 @@ pub(super) struct Checkpoints<'a> {
 }
 
 impl<'a> Checkpoints<'a> {
-    /// Takes up the film that the user wants to go on with. The rendering time begins to run.
+    /// Reads the film of `--resume`, if there is one, and starts the clock of the rendering time.
     ///
     /// # Errors
     /// Those of [`film_file::read`], and [`Error::Scene`] for a film of another render or of passes beyond

@@ -72,7 +72,7 @@ pub(super) fn write_files(
         metadata.extend(rendered.outcome.metadata());
         let picture = (&rendered.picture, &metadata);
         if let (Some(destination), Some(file)) = (&film.checkpoint, &rendered.film) {
-            // If it fails, the pictures are all the more important.
+            // An error is returned later: the pictures are written even if the checkpoint fails.
             let plain = (&file.film.picture(), &rendered.info.metadata());
             kept = save(destination, plain, file, Packing::Fast);
         }

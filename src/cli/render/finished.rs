@@ -12,7 +12,7 @@ pub struct FinishedRender {
     pub picture: Picture,
     /// Passes, time and device, for the metadata and the last line.
     pub info: RenderInfo,
-    /// More for the metadata: the lens and the passes after the film, where there are any.
+    /// Further metadata: the lens, and the passes over the finished picture.
     pub notes: Metadata,
     /// The error of the picture, and why the render ended.
     pub outcome: Outcome,

@@ -53,7 +53,8 @@ impl FilmArgs {
     /// Checks the files.
     ///
     /// # Errors
-    /// [`crate::error::Error::Io`] if a file cannot be read or written, [`crate::error::Error::Scene`] if it is none.
+    /// [`crate::error::Error::Io`] if a file cannot be read or written, [`crate::error::Error::Scene`] if it is not a
+    /// regular file.
     pub fn order(&self) -> Result<FilmOrder> {
         let checkpoint = self.checkpoint.as_deref().map(Destination::check).transpose()?;
         let begins = |path: &PathBuf| !path.exists() && checkpoint.as_ref().is_some_and(|c| c.is_same_file(path));

@@ -73,7 +73,7 @@ mod tests {
         args: RenderArgs,
     }
 
-    /// A folder with a scene file that nobody reads.
+    /// A folder with an empty scene file, which these tests never read.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::write(folder.path().join("a.glb"), "").expect("written");

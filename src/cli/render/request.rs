@@ -28,13 +28,13 @@ pub struct Request {
     pub post: PostArgs,
     /// Environment, method and estimate; the environment can be opened.
     pub light: LightArgs,
-    /// Photons per pass, if the user has a wish.
+    /// Photons per pass; `None` leaves the choice to the renderer.
     pub photons: Option<u64>,
     /// Seed.
     pub seed: u64,
-    /// When to end.
+    /// Passes or seconds at which the render ends.
     pub limit: Limit,
-    /// Relative error at which to end, too.
+    /// Relative error at which the render ends.
     pub target_error: Option<f64>,
     /// What is kept to go on with; its files can be read and written.
     pub film: FilmOrder,

@@ -1,4 +1,4 @@
-//! When a render ends: at its target error, time or passes, or because the user says so; and how long that will take.
+//! Decides when a render ends (target error, time, passes, or the user), and estimates how long that will take.
 
 use std::time::Duration;
 
@@ -21,11 +21,11 @@ const LEAST_PASSES: u64 = 8;
 pub enum StopReason {
     /// The estimated error reached the target.
     Target,
-    /// The time was up.
+    /// The time limit was reached.
     Time,
     /// All passes were done.
     Passes,
-    /// The user wanted it.
+    /// The user interrupted it.
     Interrupted,
 }
 
@@ -88,7 +88,7 @@ impl Outcome {
 pub struct StopRule {
     limit: Limit,
     target: Option<f64>,
-    /// Whether anybody wants estimates.
+    /// Whether estimates are made at all.
     estimates: bool,
     /// Passes and errors of the estimates so far.
     history: Vec<(f64, f64)>,
@@ -99,7 +99,7 @@ pub struct StopRule {
 }
 
 impl StopRule {
-    /// For a render with these limits; `shown`: its progress is shown.
+    /// A rule for a render with these limits. `shown` says whether the user sees the progress.
     pub fn new(limit: Limit, target: Option<f64>, shown: bool) -> Self {
         Self { limit, target, estimates: shown || target.is_some(), history: vec![], next: (4, 0.0), met: 0 }
     }
@@ -120,7 +120,7 @@ impl StopRule {
         self.met = if met { self.met + 1 } else { 0 };
     }
 
-    /// Adds what is known of the error, and of the time until it reaches the target.
+    /// Fills in the last estimate of the error and the time until the error reaches the target.
     pub fn complete(&self, status: &mut Status) {
         status.error = self.history.last().map(|(_, error)| *error);
         status.left = self
@@ -220,7 +220,11 @@ mod tests {
         assert_eq!(run(&mut StopRule::new(limit, Some(0.01), true), error, 0.0), (40, Some(StopReason::Passes), 21));
         let limit = Limit { seconds: Some(10.0), ..limit };
         assert_eq!(run(&mut StopRule::new(limit, Some(0.01), true), error, 0.0).1, Some(StopReason::Time));
-        assert_eq!(run(&mut StopRule::new(limit, None, false), error, 0.0).2, 0, "nobody asked");
+        assert_eq!(
+            run(&mut StopRule::new(limit, None, false), error, 0.0).2,
+            0,
+            "no estimate without a target and without progress"
+        );
     }
 
     #[test]

@@ -169,7 +169,7 @@ pub(super) fn omissions(results: &Results, scene: &str) -> Table {
     table
 }
 
-/// The settings behind the names.
+/// The settings of each variant.
 pub(super) fn settings(results: &Results) -> Table {
     let mut table = Table::new("Settings of the variants", ["", "settings"]);
     for variant in variants(results) {

@@ -199,7 +199,7 @@ fn broken_numbers_are_survived() {
     for peer in &mut results.peers {
         (peer.seconds, peer.relmse) = (0.0, f64::NAN);
     }
-    // A number that is none is written as a dash or as what it does to the statistics.
+    // NaN and infinite numbers are written as a dash or as an infinite statistic.
     assert_valid(&results);
     markdown_summary(&results);
 }
