@@ -8,8 +8,8 @@ pub enum Topology {
     Triangles,
     /// Every vertex after the second makes a triangle with the two before it.
     TriangleStrip,
-    /// Every vertex is a point. Without a geometry kernel the vertex kernel has to write `gl_PointSize`, which every
-    /// device takes as 1.0 and not all as more.
+    /// Every vertex is a point. Without a geometry kernel the vertex kernel has to write `gl_PointSize`; every device
+    /// supports the size 1.0, and not all support larger ones.
     Points,
 }
 
@@ -45,7 +45,7 @@ pub enum Cull {
     Nothing,
     /// Those that show their back.
     Back,
-    /// Those that show their front: of a closed bound the far side is left, which is there also with the eye inside.
+    /// Those that show their front. Of a closed bound the far side is left, which is visible from inside as well.
     Front,
 }
 
@@ -62,8 +62,8 @@ pub struct DrawState {
     pub depth_write: bool,
     /// Which triangles are left out.
     pub cull: Cull,
-    /// Clamps depths to [0, 1] instead of cutting primitives there, so that a bound across the near plane stays whole.
-    /// Not every device can.
+    /// Clamps depths to [0, 1] instead of clipping primitives there, so that a bound across the near plane stays whole.
+    /// Not every device supports this.
     pub depth_clamp: bool,
 }
 

@@ -1,13 +1,13 @@
-//! Growth as an exponent: a straight line through logarithms.
+//! Power laws through measured points: a straight line is fitted to the logarithms.
 
 /// `y` grows like `x^exponent`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// Slope of ln y over ln x, by least squares.
     pub exponent: f64,
-    /// Its standard error; `None` of two points, which a line always meets.
+    /// Standard error of the exponent; `None` for two points, through which a line always goes.
     pub error: Option<f64>,
-    /// Slope between the two points with the greatest x, where what does not grow matters least.
+    /// Slope between the two points with the greatest x. Constant costs have the least share there.
     pub last: f64,
     /// Points that were fitted.
     pub points: usize,

@@ -1,4 +1,4 @@
-//! Pictures of numbers: one colour per pixel for an error, on a scale that looks as even as it is.
+//! Pictures of numbers: the colour of a pixel shows its error. Equal differences of the error look equally large.
 //!
 //! The colours are ours, straight lines in Oklab's lightness (Ottosson, "A perceptual color space for image
 //! processing", 2020): equal steps of the number are equal steps of lightness, so the map can be read without hue.

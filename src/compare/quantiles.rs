@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-/// The number that a variable after Student with `freedom` degrees of freedom (at least 1; beyond 10,000 it is the
-/// normal distribution's to four digits, and 10,000 are taken) stays below with probability `p`, for 1/2 <= `p` < 1.
+/// The quantile at probability `p`, 1/2 <= `p` < 1, of Student's t distribution with `freedom` degrees of freedom: the
+/// number that the variable stays below with this probability. `freedom` counts as at least 1 and at most 10,000, from
+/// where on the normal distribution has the same four digits.
 pub fn student(p: f64, freedom: u64) -> f64 {
     let (freedom, within) = (freedom.clamp(1, 10_000), 2.0 * p.clamp(0.5, 1.0 - 1e-9) - 1.0);
-    // The probability is a smooth, growing function of the angle atan(t / sqrt(freedom)): halve its range until it
-    // ends.
+    // The probability grows with the angle atan(t / sqrt(freedom)), so bisection finds the angle.
     let (mut low, mut high) = (0.0, 0.5 * PI);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

@@ -1,5 +1,5 @@
-//! How wrong a film is, by what it holds itself: noise from the spread of its passes, bias of the finite footprints
-//! from the trend of its passes with the footprints' size.
+//! An estimate of the error of a film, from the film alone. Noise follows from the spread of the passes. The bias of
+//! finite footprints follows from the trend of the passes with the size of the footprints.
 //!
 //! **Noise.** The standard error of a mean of N independent passes is the root of their variance over N. Samples are
 //! stratified over passes, so for direct light and edges the true error is often smaller; it is not greater.
@@ -8,19 +8,19 @@
 //! for photons Hachisuka, Jarosz and Jensen 2010, equation 12; for radii that follow the pass alone Knaus and Zwicker
 //! 2011, section 4). Pass i then has the expectation L + B x_i, where x_i is its squared footprint scale, and every
 //! pass is one observation of that line: B is the slope of the regression of the passes on x_i, and B mean(x) the bias
-//! of their mean. Instead of Laplacians or a second radius this takes one more sum per pixel, sum x_i v_i, and uses the
-//! whole schedule. Noise of photons grows as 1 / x, so the early passes, which decide about the slope, know it well.
-//! Where the noise is even (direct light that rules the picture) part of it passes for bias, and the estimate is too
-//! great by up to a factor of 2. Where the bias falls more slowly than r^2 (at edges with r, at steps of the light not
-//! at all until they are beyond the footprint) it is underestimated.
+//! of their mean. This needs one more sum per pixel, sum x_i v_i, but neither Laplacians nor a second radius, and it
+//! uses all passes. The noise of photons grows as 1 / x. The slope depends mostly on the early passes, whose x is large
+//! and whose noise is therefore small. Where the noise is the same in all passes (most of the light is direct), part of
+//! it is taken for bias, and the estimate is too great by up to a factor of 2. Where the bias falls more slowly than
+//! r^2, it is underestimated: at edges it falls with r, and at a step of the light it stays until the footprint no
+//! longer reaches the step.
 //!
-//! **Light not seen yet.** A pixel that no photon has reached has no spread, which proves nothing: what happens with
-//! probability p per pass is missed by N passes with probability (1 - p)^N, so with confidence c it happens less than
-//! ln(1 / (1 - c)) times in N passes (for 95 % the rule of three; Hanley and Lippman-Hand 1983). The same allowance,
-//! times the brightness of one event, is added everywhere. For rare events variance over mean is the brightness of one
-//! (Fano 1947), and where events are common it is small against the noise. Where a pixel has seen few, its neighbours
-//! are asked too, and where it has seen none, [`Model::event`], the light of one photon that came where nobody looked
-//! for it.
+//! **Light not seen yet.** A pixel that no photon has reached has no spread, but it may have an error. An event with
+//! probability p per pass is missed by N passes with probability (1 - p)^N. So with confidence c its expected number in
+//! N passes is less than ln(1 / (1 - c)) (for 95 % the rule of three; Hanley and Lippman-Hand 1983). This number, times
+//! the brightness of one event, is added to the bound of every pixel. The brightness is variance over mean where events
+//! are rare (Fano 1947); where they are common, this is small against the noise. A pixel with few events uses those of
+//! its neighbours as well. Where there are none, [`Model::event`] is used: the light of one photon.
 
 use super::accumulate::{Film, PassSet, SUMS};
 use super::exact::ExactSum;
@@ -35,8 +35,8 @@ pub enum Bias {
     Estimated,
     /// The method has none.
     None,
-    /// There is some that the passes do not show, because footprints do not follow the schedule or light is filtered
-    /// over the picture: the estimate is of the noise alone.
+    /// There is bias that the passes do not show, because footprints do not follow the schedule or light is filtered
+    /// over the picture. The estimate holds the noise alone.
     Unknown,
 }
 
@@ -68,9 +68,8 @@ pub struct Schedule {
     mean: f64,
     /// Sum of (x - mean)^2.
     spread: f64,
-    /// Sum of (x - mean)^2 / x over the mean of 1 / x, in units of `spread`: by how much the slope is better known than
-    /// under even noise if noise is that of photons, which grows as 1 / x. The early passes, which decide, are then the
-    /// best.
+    /// Sum of (x - mean)^2 / x over the mean of 1 / x, in units of `spread`. If the noise grows as 1 / x, as that of
+    /// photons does, the variance of the slope is this part of what it is if all passes have the same noise.
     leverage: f64,
 }
 
@@ -129,8 +128,8 @@ pub struct ErrorEstimate {
     /// Estimated root of the mean over pixels of the squared relative error, like the root of
     /// [`crate::compare::metrics::Metrics::relmse_trimmed`] for pictures of mean luminance one: a pixel's error counts
     /// against its value and a tenth of the picture's mean luminance, whichever is more, and the worst 0.1 % of the
-    /// pixels are left out. The mean, not the median, because a median calls a picture finished whose caustics, a tenth
-    /// of its pixels, are not. What no pass has seen is not in it.
+    /// pixels are left out. It is the mean and not the median, because the median is small even if a tenth of the
+    /// pixels, such as caustics, is still noisy. Light that no pass has seen is not included.
     ///
     /// `None` where it is unknown: for fewer than two passes, and for a picture that is black so far.
     pub relative: Option<f64>,

@@ -213,11 +213,12 @@ impl Output {
 }
 
 impl Picture {
-    /// Writes the picture as the extension of `path` says: `.exr` (all layers, linear floats) or `.png` (the beauty layer,
-    /// 8-bit sRGB, through the default tone curve). The file appears whole or not at all.
+    /// Writes the picture as the extension of `path` says: `.exr` (all layers, linear floats) or `.png` (the beauty
+    /// layer, 8-bit sRGB, through the default tone curve). The file appears whole or not at all.
     ///
     /// # Errors
-    /// [`Error::Usage`] for another extension or a picture without a beauty layer, [`Error::Io`] if it cannot be written.
+    /// [`Error::Usage`] for another extension or a picture without a beauty layer, [`Error::Io`] if it cannot be
+    /// written.
     pub fn save(&self, path: &Path) -> Result<()> {
         Output::check(path)?.write(self, &Metadata::new(), ToneMap::default())
     }

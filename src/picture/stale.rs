@@ -1,8 +1,8 @@
 //! Temporary files of programs that were killed.
 //!
-//! Whoever writes a temporary file holds a lock on it for as long as it lives; the operating system releases the locks
-//! of a dead process. So a file with our naming pattern, for the very file that is about to be written, that can be
-//! locked, belongs to nobody. Where the file system has no locks, nothing is removed.
+//! A process holds a lock on each temporary file that it writes, and the operating system releases the locks of a dead
+//! process. So a temporary file belongs to nobody if it can be locked. Only files named after the file that is about to
+//! be written are looked at. Where the file system has no locks, nothing is removed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};

@@ -1,8 +1,8 @@
 //! Plots as self-contained SVG: lines through points with bands and markers, linear or logarithmic axes, a legend;
 //! stacked bars.
 //!
-//! A picture has its own background, so that it is readable on any page, and darkens it with the text and the colours
-//! where the reader prefers dark pages.
+//! A plot has its own background, so that it is readable on any page. Where the reader prefers dark pages, background,
+//! text and colours change.
 
 mod bars;
 mod marker;
@@ -25,8 +25,8 @@ const AREA: [f64; 2] = [500.0, 340.0];
 const MARGIN: [f64; 3] = [74.0, 44.0, 62.0];
 /// Letters of a name in a legend; the title of its points has all of them.
 const LONGEST_NAME: usize = 38;
-/// Colours for light and for dark pages: by search those with the greatest least distance between any two for normal
-/// vision and without the first or second kind of cones, and enough contrast with the page.
+/// Colours for light and for dark pages. A search chose them: each has enough contrast with the page, and the least
+/// distance between any two is as great as possible, for normal vision and without the first or second kind of cones.
 const COLOURS: [[&str; 2]; 8] = [
     ["#3461ff", "#4672ff"],
     ["#ef7f00", "#fea905"],
