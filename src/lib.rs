@@ -71,6 +71,11 @@ pub mod low_level;
 mod picture;
 #[cfg(feature = "cli")]
 mod plot;
+// The generator of the tests in tests/, for unit tests.
+#[cfg(test)]
+#[allow(dead_code)] // a part of what it offers
+#[path = "../tests/support/random.rs"]
+mod random;
 mod render;
 mod scene;
 #[cfg(feature = "cli")]

@@ -290,6 +290,7 @@ fn relative(numbers: &[[Number; 3]]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     /// Footprint scale with squares that fall as they do for alpha = 2/3.
     fn scale(index: u64) -> f32 {
@@ -320,22 +321,6 @@ mod tests {
 
     fn estimate(film: &Film, bias: Bias) -> ErrorEstimate {
         ErrorEstimate::of(film, Schedule::of(&film.passes, scale), Model { bias, event: [EVENT; 3] })
-    }
-
-    /// Uniform numbers in 0 .. 1.
-    struct Random(u64);
-
-    impl Random {
-        fn uniform(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let mixed = (self.0 ^ (self.0 >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            (mixed >> 40) as f32 / (1u32 << 24) as f32
-        }
-
-        /// Mean 0, variance 1, close to normal.
-        fn normal(&mut self) -> f32 {
-            (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
-        }
     }
 
     /// Part of the pixels whose value is within `factor` of the bound, and the median of bound over error.
@@ -399,7 +384,7 @@ mod tests {
     fn the_estimate_does_not_depend_on_the_exposure() {
         let mut errors = [1.0f32, 1024.0, 1.0 / 1024.0].map(|exposure| {
             let mut random = Random(3);
-            let film = film(50, 20, |pixel, _, x| exposure * (pixel as f32 * 0.1 + x + random.uniform()));
+            let film = film(50, 20, |pixel, _, x| exposure * (pixel as f32 * 0.1 + x + random.unit()));
             estimate(&film, Bias::Estimated).relative.expect("known")
         });
         errors.sort_by(f64::total_cmp);
@@ -434,8 +419,8 @@ mod tests {
             let mut tight = Vec::new();
             for _ in 0..40 {
                 let film = film(100, 100, |_, _, x| {
-                    let hit = random.uniform() < probability * x;
-                    if hit { EVENT as f32 * 2.0 * random.uniform() / x } else { 0.0 }
+                    let hit = random.unit() < probability * x;
+                    if hit { EVENT as f32 * 2.0 * random.unit() / x } else { 0.0 }
                 });
                 let found = estimate(&film, Bias::Estimated);
                 held.push(coverage(&film, &found, probability * EVENT as f32, 1.0).0);

@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use nephroid::low_level::picture::exr;
 use nephroid::low_level::scene::{Environment, EnvironmentFile, Limits, Scene, World, load, load_with_environment};
 
 use crate::support::shared;
@@ -167,6 +168,13 @@ fn damaged_openexr_files_do_no_harm() {
     assert!(paths.len() >= 40);
     let errors = survives(&paths, |path| Environment::load(path, &Limits::default()).map(|_| ()));
     assert!(errors >= 30, "{errors} errors");
+}
+
+#[test]
+fn damaged_openexr_pictures_do_no_harm() {
+    let Some(folder) = shared::path("assets/bad/openexr-damaged") else { return };
+    let paths = files(&folder);
+    assert_eq!(survives(&paths, |path| exr::read(path).map(|_| ())), paths.len(), "each is damaged");
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use super::*;
 
 /// A linear congruence modulo 2^32; tools/verify-flip has the same.
-struct Random(u32);
+struct Congruence(u32);
 
-impl Random {
+impl Congruence {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         f64::from(self.0 >> 8) / f64::from(1 << 24)
@@ -21,7 +21,7 @@ fn pixels(width: u32, height: u32) -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// A smooth gradient, and the same with noise; all within 0 ... 1.
-fn noise(random: &mut Random, width: u32, height: u32) -> Pair {
+fn noise(random: &mut Congruence, width: u32, height: u32) -> Pair {
     let (w, h) = (f64::from(width), f64::from(height));
     let [mut reference, mut picture] = Pair::default();
     for (x, y) in pixels(width, height) {
@@ -34,7 +34,7 @@ fn noise(random: &mut Random, width: u32, height: u32) -> Pair {
 }
 
 /// Light that falls off from two lamps over four decades; the picture is 5 % brighter and has fireflies.
-fn fireflies(random: &mut Random, width: u32, height: u32) -> Pair {
+fn fireflies(random: &mut Congruence, width: u32, height: u32) -> Pair {
     let [mut reference, mut picture] = Pair::default();
     for (x, y) in pixels(width, height) {
         let near = 30.0 / (0.05 + (x - 20.0) * (x - 20.0) + (y - 15.0) * (y - 15.0));
@@ -50,7 +50,7 @@ fn fireflies(random: &mut Random, width: u32, height: u32) -> Pair {
 }
 
 /// Coloured stripes, some thin, and the same one pixel to the right.
-fn stripes(_: &mut Random, width: u32, height: u32) -> Pair {
+fn stripes(_: &mut Congruence, width: u32, height: u32) -> Pair {
     let color = |x: u32, y: u32| {
         if (x * x / 40 + y / 8).is_multiple_of(2) { [1.5, 0.25, 0.125] } else { [0.0625, 0.5, 0.75] }
     };
@@ -58,7 +58,7 @@ fn stripes(_: &mut Random, width: u32, height: u32) -> Pair {
 }
 
 /// Black but for a bright window: the median luminance is 0. The picture has light around it.
-fn window(random: &mut Random, width: u32, height: u32) -> Pair {
+fn window(random: &mut Congruence, width: u32, height: u32) -> Pair {
     let [mut reference, mut picture] = Pair::default();
     for (x, y) in pixels(width, height) {
         let inside = (10.0..25.0).contains(&x) && (8.0..20.0).contains(&y);
@@ -72,7 +72,7 @@ fn window(random: &mut Random, width: u32, height: u32) -> Pair {
     [reference, picture]
 }
 
-type Maker = fn(&mut Random, u32, u32) -> Pair;
+type Maker = fn(&mut Congruence, u32, u32) -> Pair;
 
 /// Pictures, their size, and the evaluator's LDR-FLIP, HDR-FLIP, first and last exposure and their number.
 const EVALUATED: [(Maker, u32, u32, [f64; 5]); 4] = [
@@ -91,7 +91,7 @@ fn picture(width: u32, height: u32, data: Vec<f32>) -> Picture {
 /// Reference and picture of entry `index` of [`EVALUATED`].
 fn pair_of(index: usize) -> [Picture; 2] {
     let (make, width, height, _) = EVALUATED[index];
-    make(&mut Random(index as u32 + 1), width, height)
+    make(&mut Congruence(index as u32 + 1), width, height)
         .map(|data| picture(width, height, data.into_iter().map(|number| number as f32).collect()))
 }
 
@@ -134,7 +134,7 @@ fn more_noise_and_more_shift_are_more_difference() {
     let [reference, _] = pair_of(0);
     let mut last = 0.0;
     for amplitude in [0.01_f32, 0.03, 0.1, 0.3] {
-        let (mut random, mut noisy) = (Random(9), reference.clone());
+        let (mut random, mut noisy) = (Congruence(9), reference.clone());
         noisy.layers[0].data.iter_mut().for_each(|c| *c += amplitude * (random.next() as f32 - 0.5));
         let mean = ldr_of(&noisy, &reference).mean;
         assert!(mean > 1.3 * last, "{amplitude}: {mean} after {last}");
