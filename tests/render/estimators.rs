@@ -43,7 +43,7 @@ fn constant_radius_gives_what_brute_force_gives() {
         let scene = asset(name);
         let brute = Shot::take(&scene, &settings(Estimator::Brute, &scene, 0.05), 0..2);
         assert!(brute.statistics.deposits > 500, "{name}: {} deposits", brute.statistics.deposits);
-        for estimator in Estimator::ALL {
+        for estimator in Estimator::ALL.into_iter().filter(|estimator| *estimator != Estimator::Brute) {
             let shot = Shot::take(&scene, &settings(estimator, &scene, 0.05), 0..2);
             let difference = difference(&shot, &brute);
             println!("{name}, {}: {difference:.1e}", estimator.name());

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::MutexGuard;
 
 use bytemuck::Pod;
-use nephroid::low_level::graph::{DeviceClass, Graph, Persistent, Runtime};
+use nephroid::low_level::graph::{BufferKind, DeviceClass, Graph, Operation, Persistent, Plan, Runtime};
 
 use super::random::Random;
 use super::{device, proof};
@@ -63,20 +63,23 @@ impl Harness {
         Output { memory, len }
     }
 
-    /// Runs what `declare` declares twice for each kind of device, with poisoned outputs each time: always the same
-    /// bits.
+    /// Runs what `declare` declares twice for each class of device, with poisoned outputs each time: always the same
+    /// bits. Where both classes get the same commands, these run twice and not four times.
     pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) {
-        let cpu = self.run_on(DeviceClass::Cpu, outputs, &declare);
-        let gpu = self.run_on(DeviceClass::Gpu, outputs, &declare);
-        assert!(cpu == gpu, "kinds of device differ");
+        let [cpu, gpu] = [DeviceClass::Cpu, DeviceClass::Gpu].map(|class| plan(class, &declare));
+        let first = self.run_twice(&cpu, outputs);
+        if commands(&cpu) != commands(&gpu) {
+            assert!(first == self.run_twice(&gpu, outputs), "classes of device differ");
+        }
     }
 
-    /// Runs what `declare` declares for one kind of device twice.
+    /// Runs what `declare` declares for one class of device twice.
     pub fn run_on(&self, class: DeviceClass, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) -> Vec<Vec<u8>> {
-        let mut graph = Graph::new().with_device_class(class);
-        declare(&mut graph);
-        let plan = graph.plan().expect("a plan");
-        let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
+        self.run_twice(&plan(class, declare), outputs)
+    }
+
+    fn run_twice(&self, plan: &Plan, outputs: &[&dyn Poisoned]) -> Vec<Vec<u8>> {
+        let mut executable = self.runtime.prepare(plan).expect("memory and commands");
         let mut run = || {
             outputs.iter().for_each(|output| output.poison(&self.runtime));
             executable.run().expect("a run without validation messages");
@@ -88,20 +91,11 @@ impl Harness {
         second
     }
 
-    /// Shortest of seven times [s] of a run, compilation left out.
-    pub fn time(&self, declare: impl FnOnce(&mut Graph)) -> f64 {
-        let mut graph = Graph::new();
-        declare(&mut graph);
-        let plan = graph.plan().expect("a plan");
-        let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
-        executable.run().expect("a first run");
+    /// Runs what `declare` declares once: for results of which every run may make others.
+    pub fn run_once(&self, declare: impl Fn(&mut Graph)) {
+        let plan = plan(DeviceClass::Cpu, declare);
+        self.runtime.prepare(&plan).expect("memory and commands").run().expect("a run without validation messages");
         proof::ran(&plan.dump());
-        let time = |_| {
-            let begin = std::time::Instant::now();
-            executable.run().expect("a run");
-            begin.elapsed().as_secs_f64()
-        };
-        (0..7).map(time).fold(f64::INFINITY, f64::min)
     }
 
     /// Result of the last run.
@@ -131,6 +125,27 @@ impl<T: Pod> Poisoned for Output<T> {
         assert!(guard.iter().all(|&byte| byte == POISON), "a kernel wrote behind its output of {} items", self.len);
         bytemuck::cast_slice(&data[..self.len]).to_vec()
     }
+}
+
+fn plan(class: DeviceClass, declare: impl Fn(&mut Graph)) -> Plan {
+    let mut graph = Graph::new().with_device_class(class);
+    declare(&mut graph);
+    graph.plan().expect("a plan")
+}
+
+/// All that a plan tells a device: its text, the push constants, what the host writes before a run.
+fn commands(plan: &Plan) -> (String, Vec<&[u8]>) {
+    let params = plan.passes.iter().flat_map(|pass| match &pass.operation {
+        Operation::Dispatch { params, .. } => vec![&params[..]],
+        Operation::Windows { windows, .. } => windows.iter().map(|window| &window.params[..]).collect(),
+        Operation::Raster(spec) => spec.draws.iter().flat_map(|draw| &draw.stages).map(|s| &s.params[..]).collect(),
+        Operation::Fill(_) | Operation::Copy(_) | Operation::Readback(_) => vec![],
+    });
+    let inputs = plan.buffers.iter().filter_map(|buffer| match &buffer.kind {
+        BufferKind::Input(bytes) => Some(&bytes[..]),
+        BufferKind::Transient | BufferKind::Persistent(_) => None,
+    });
+    (plan.dump(), params.chain(inputs).collect())
 }
 
 /// Item counts around every boundary: workgroups of 256, tiles of 2048, shares of several tiles.
