@@ -187,6 +187,7 @@ const CARGO: &str = r#"case "$*" in
         echo "test d ... skipped: d needs ../shared/scenes/ring"; echo ok; echo "skipped: d needs ../shared/scenes/ring"
         echo "test e ... LAST"; echo noise
         echo "test result: ok. 2 passed; 0 failed; 1 ignored; 0 measured; 10 filtered out; finished in 7.50s" ;;
+    run*) for last; do :; done; echo picture >"$last" ;;
 esac
 exit 0"#;
 
@@ -242,12 +243,15 @@ fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
             "build",
             "tests",
             "kernels, subgroups of 4",
-            "kernels, subgroups of 16"
+            "kernels, subgroups of 16",
+            "examples",
         ],
         "{text}"
     );
     // No module was built here.
     assert!(text.contains("FAILED: spirv-val"), "{text}");
+    let (code, text) = machine.test(&[], &CARGO.replace("echo picture >", "echo "));
+    assert!(code == Some(1) && text.contains("FAILED: examples"), "an example that draws nothing: {text}");
 }
 
 #[test]
