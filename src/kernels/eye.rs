@@ -3,17 +3,15 @@
 //! One bounce a dispatch; survivors are compacted in order. A pixel has a fixed number of path slots; a path that splits
 //! divides its slots, so that every result has one writer and the film adds them in a fixed order.
 
+pub use super::generated::View;
 use super::generated::{
-    Camera, DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade,
-    EyeShadeBindings, ListSelect, ListSelectBindings, TraceList, TraceListBindings,
+    DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade,
+    EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceList, TraceListBindings,
 };
-use super::scene_data::{SceneBuffers, Variant};
+use super::scene_data::Variant;
 use super::{Items, compact};
 pub use crate::constants::AOV_FLOATS;
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
-
-/// The scene and the camera with the band of pixels to work on.
-pub type View<'a> = (&'a SceneBuffers, &'a Buf<Camera>);
 
 /// Workgroup size of the transport kernels.
 pub(super) const LOCAL: u32 = EYE_SHADE_INFO.local_size[0];
@@ -116,89 +114,68 @@ impl EyeHits {
     }
 }
 
+/// What steps of eye paths have in common.
+#[derive(Clone, Copy)]
+pub(super) struct EyeTrace<'a> {
+    pub view: View<'a>,
+    pub variant: Variant,
+    pub settings: EyeSettings,
+}
+
+/// Paths in flight, and what they have left so far.
+pub(super) struct EyeState {
+    pub paths: Paths,
+    pub result: EyeHits,
+}
+
 /// Adds the passes of the eye paths.
 pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSettings) -> EyeHits {
     let slots = settings.pixels * settings.slots;
-    let mut paths = Paths::new(g, slots);
-    let mut result = EyeHits::new(g, settings, slots);
-    let mut list = g.scope("eye generate", |g| generate(g, view, (variant, settings), &mut paths, &mut result));
+    let mut state = EyeState { paths: Paths::new(g, slots), result: EyeHits::new(g, settings, slots) };
+    let eye = EyeTrace { view, variant, settings };
+    let mut list = g.scope("eye generate", |g| generate(g, eye, &mut state));
     let bounces = if variant.glossy || variant.alpha_mask { settings.max_depth + 1 } else { 1 };
     for step in 0..bounces {
-        let children = g.scope("eye bounce", |g| bounce(g, view, (variant, settings), &list, &mut paths, &mut result));
+        let children = g.scope("eye bounce", |g| bounce(g, eye, &list, &mut state));
         if step + 1 < bounces {
             let places = Items::Counted(&children.places);
             list = SlotList::select(g, places, &children.flags, &children.slots, slots);
         }
     }
+    let EyeState { paths, result } = state;
     let everything = compact::indices(g, Items::All, &paths.valid, LOCAL);
     EyeHits { list: everything.indices, count: everything.count, args: everything.args, ..result }
 }
 
-pub(super) fn generate(
-    g: &mut Graph,
-    (scene, camera): View<'_>,
-    (variant, settings): (Variant, EyeSettings),
-    paths: &mut Paths,
-    result: &mut EyeHits,
-) -> SlotList {
+/// The first list: every pixel's first slot.
+pub(super) fn generate(g: &mut Graph, eye: EyeTrace<'_>, state: &mut EyeState) -> SlotList {
+    let EyeTrace { view, variant, settings } = eye;
+    let EyeState { paths, result } = state;
     let mut list = g.buffer("eye_first_list", settings.pixels);
-    g.dispatch(
-        EyeGenerate { lens: variant.lens },
-        Grid::Threads(settings.pixels),
-        (),
-        EyeGenerateBindings {
-            camera,
-            pass: &scene.pass,
-            rays: &mut paths.rays,
-            throughput: &mut paths.throughput,
-            states: &mut paths.states,
-            list: &mut list,
-            radiance: &mut result.radiance,
-            valid: &mut paths.valid,
-        },
-    );
+    let bind = EyeGenerateBindings {
+        camera: view.camera,
+        pass: &view.scene.pass,
+        rays: &mut paths.rays,
+        throughput: &mut paths.throughput,
+        states: &mut paths.states,
+        list: &mut list,
+        radiance: &mut result.radiance,
+        valid: &mut paths.valid,
+    };
+    g.dispatch(EyeGenerate { lens: variant.lens }, Grid::Threads(settings.pixels), (), bind);
     SlotList::full(g, list, settings.pixels)
 }
 
-pub(super) fn bounce(
-    g: &mut Graph,
-    (scene, camera): View<'_>,
-    (v, settings): (Variant, EyeSettings),
-    list: &SlotList,
-    paths: &mut Paths,
-    result: &mut EyeHits,
-) -> Children {
-    trace_list(g, scene, list, &paths.rays, &mut paths.hits);
+/// Traces the rays of the listed slots and shades what they hit.
+pub(super) fn bounce(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &mut EyeState) -> Children {
+    let EyeTrace { view, variant, settings } = eye;
+    let EyeState { paths, result } = state;
+    trace_list(g, view.scene, list, &paths.rays, &mut paths.hits);
     let mut children = Children::new(g, 2 * list.list.len());
-    let kernel = EyeShade {
-        textures: v.textures,
-        normal_maps: v.normal_maps,
-        alpha_mask: v.alpha_mask,
-        glass: v.glass,
-        absorption: v.absorption,
-        glossy: v.glossy,
-        environment: v.environment,
-        delta_lights: v.delta_lights,
-        smooth_normals: v.smooth_normals,
-        shading_stride: v.shading_stride,
-        uv0_at: v.uv0_at,
-        uv1_at: v.uv1_at,
-        color_at: v.color_at,
-        tangent_at: v.tangent_at,
-        aov: settings.aov,
-        max_depth: settings.max_depth,
-        path: settings.path,
-    };
+    let EyeSettings { aov, max_depth, path, .. } = settings;
+    let kernel = EyeShade { aov, max_depth, path, ..EyeShade::of(&variant) };
     let bind = EyeShadeBindings {
-        triangles: &scene.triangles,
-        shading_data: &scene.shading_data,
-        materials: &scene.materials,
-        texture_uses: &scene.texture_uses,
-        texels: &scene.texels,
-        globals: &scene.globals,
-        environment: &scene.environment,
-        camera,
-        pass: &scene.pass,
+        view,
         list: &list.list,
         count: &list.count,
         rays: &mut paths.rays,
@@ -255,8 +232,9 @@ pub(super) fn trace_list(
 
 /// Adds the direct light at the hits: `samples` lights, chosen by power, and a shadow ray for each.
 pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
+    let EyeHits { hits, list, count, args, radiance, .. } = eye;
     let samples = LightSamples { count: samples, path: false };
-    sample_lights(g, view, (v, samples), (&eye.list, &eye.count, &eye.args), (&eye.hits, &mut eye.radiance));
+    sample_lights(g, view, v, samples, LitHits { list, count, args, hits, radiance });
 }
 
 /// Samples of lights at each hit.
@@ -267,46 +245,20 @@ pub(super) struct LightSamples {
     pub path: bool,
 }
 
+/// Listed hits that lights are sampled at.
+pub(super) struct LitHits<'a> {
+    pub list: &'a Buf<u32>,
+    pub count: &'a Buf<u32>,
+    pub args: &'a Buf<DispatchArgs>,
+    pub hits: &'a Buf<EyeHit>,
+    /// Per slot; the light is added here.
+    pub radiance: &'a mut Buf<[f32; 4]>,
+}
+
 /// Adds the light of samples of lights at the listed hits.
-pub(super) fn sample_lights(
-    g: &mut Graph,
-    (scene, camera): View<'_>,
-    (v, samples): (Variant, LightSamples),
-    (list, count, args): (&Buf<u32>, &Buf<u32>, &Buf<DispatchArgs>),
-    (hits, radiance): (&Buf<EyeHit>, &mut Buf<[f32; 4]>),
-) {
-    let kernel = DirectLight {
-        textures: v.textures,
-        alpha_mask: v.alpha_mask,
-        glossy: v.glossy,
-        environment: v.environment,
-        area_lights: v.area_lights,
-        delta_lights: v.delta_lights,
-        blinn_phong: v.blinn_phong,
-        shading_stride: v.shading_stride,
-        uv0_at: v.uv0_at,
-        uv1_at: v.uv1_at,
-        color_at: v.color_at,
-        light_samples: samples.count,
-        path: samples.path,
-    };
-    let bind = DirectLightBindings {
-        nodes: &scene.nodes,
-        triangles: &scene.triangles,
-        shading_data: &scene.shading_data,
-        materials: &scene.materials,
-        texture_uses: &scene.texture_uses,
-        texels: &scene.texels,
-        lights: &scene.lights,
-        globals: &scene.globals,
-        environment: &scene.environment,
-        environment_cdf: &scene.environment_cdf,
-        camera,
-        pass: &scene.pass,
-        list,
-        count,
-        eye_hits: hits,
-        radiance,
-    };
+pub(super) fn sample_lights(g: &mut Graph, view: View<'_>, v: Variant, samples: LightSamples, lit: LitHits<'_>) {
+    let LitHits { list, count, args, hits, radiance } = lit;
+    let kernel = DirectLight { light_samples: samples.count, path: samples.path, ..DirectLight::of(&v) };
+    let bind = DirectLightBindings { view, list, count, eye_hits: hits, radiance };
     g.dispatch(kernel, Grid::Indirect(args), (), bind);
 }

@@ -30,33 +30,12 @@ pub struct Splats {
 }
 
 /// Connects the vertices to a pinhole or parallel camera of `pixels` pixels.
-pub fn connect(g: &mut Graph, (scene, camera): View<'_>, v: Variant, pixels: u32, vertices: &Deposits) -> Splats {
+pub fn connect(g: &mut Graph, view: View<'_>, v: Variant, pixels: u32, vertices: &Deposits) -> Splats {
     let capacity = vertices.photons.len();
     let (mut keys, mut indices) = (g.buffer("splat_keys", capacity), g.buffer("splat_indices", capacity));
     let mut splats = g.buffer("splats", capacity);
-    let kernel = LightConnect {
-        textures: v.textures,
-        alpha_mask: v.alpha_mask,
-        normal_maps: v.normal_maps,
-        glass: v.glass,
-        absorption: v.absorption,
-        glossy: v.glossy,
-        smooth_normals: v.smooth_normals,
-        blinn_phong: v.blinn_phong,
-        shading_stride: v.shading_stride,
-        uv0_at: v.uv0_at,
-        uv1_at: v.uv1_at,
-        color_at: v.color_at,
-        tangent_at: v.tangent_at,
-    };
     let bind = LightConnectBindings {
-        nodes: &scene.nodes,
-        triangles: &scene.triangles,
-        shading_data: &scene.shading_data,
-        materials: &scene.materials,
-        texture_uses: &scene.texture_uses,
-        texels: &scene.texels,
-        camera,
+        view,
         count: &vertices.count,
         vertices: &vertices.photons,
         keys: &mut keys,
@@ -64,7 +43,7 @@ pub fn connect(g: &mut Graph, (scene, camera): View<'_>, v: Variant, pixels: u32
         splats: &mut splats,
     };
     let args = compact::dispatch_args(g, &vertices.count, capacity, LOCAL);
-    g.dispatch(kernel, Grid::Indirect(&args), (), bind);
+    g.dispatch(LightConnect::of(&v), Grid::Indirect(&args), (), bind);
     let bits = u32::BITS - (2 * pixels).leading_zeros();
     let (keys, order) = sort::pairs(g, Items::Counted(&vertices.count), keys, indices, bits);
     let whole = (capacity / BLOCK).max(1);

@@ -6,7 +6,9 @@
 //! counts what it hits in full: light samples see no way there.
 
 use super::Items;
-use super::eye::{self, Children, EyeHits, EyeSettings, LightSamples, Paths, SlotList, View};
+use super::eye::{
+    self, Children, EyeHits, EyeSettings, EyeState, EyeTrace, LightSamples, LitHits, Paths, SlotList, View,
+};
 use super::generated::{PathLayers, PathLayersBindings, PathLayersParams, PathScatter, PathScatterBindings};
 use super::scene_data::Variant;
 use crate::constants::PATH_DEPTH_MASK;
@@ -46,48 +48,39 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
     let pixels = settings.pixels;
     let eye_settings =
         EyeSettings { pixels, slots: 1, max_depth: settings.max_depth.min(MOST_DEPTH), aov: settings.aov, path: true };
-    let mut paths = Paths::new(g, pixels);
     // Three layers: direct light, then pairs of caustic and other light.
-    let mut result = EyeHits::new(g, eye_settings, 3 * pixels);
-    g.fill(&mut result.radiance, 0);
-    let mut list =
-        g.scope("eye generate", |g| eye::generate(g, view, (variant, eye_settings), &mut paths, &mut result));
+    let mut state = EyeState { paths: Paths::new(g, pixels), result: EyeHits::new(g, eye_settings, 3 * pixels) };
+    g.fill(&mut state.result.radiance, 0);
+    let eye = EyeTrace { view, variant, settings: eye_settings };
+    let mut list = g.scope("eye generate", |g| eye::generate(g, eye, &mut state));
     for step in 0..=eye_settings.max_depth {
-        let mut children =
-            g.scope("eye bounce", |g| eye::bounce(g, view, (variant, eye_settings), &list, &mut paths, &mut result));
+        let mut children = g.scope("eye bounce", |g| eye::bounce(g, eye, &list, &mut state));
         if settings.light_samples > 0 {
-            let samples = LightSamples { count: settings.light_samples, path: true };
-            let at = (&list.list, &list.count, &list.args);
-            g.scope("direct light", |g| {
-                eye::sample_lights(g, view, (variant, samples), at, (&result.hits, &mut result.radiance));
-            });
+            g.scope("direct light", |g| light_samples(g, eye, settings.light_samples, &list, &mut state));
         }
-        g.scope("path scatter", |g| {
-            let limit = eye_settings.max_depth;
-            scatter(g, view, (variant, limit), &list, &mut paths, (&mut result, &mut children));
-        });
+        g.scope("path scatter", |g| scatter(g, eye, &list, &mut state, &mut children));
         if step < eye_settings.max_depth {
             list = SlotList::select(g, Items::Counted(&children.places), &children.flags, &children.slots, pixels);
         }
     }
-    let gathered = layers(g, &result.radiance, pixels);
-    let EyeHits { radiance, aov_first, truncated, .. } = result;
+    let gathered = layers(g, &state.result.radiance, pixels);
+    let EyeHits { radiance, aov_first, truncated, .. } = state.result;
     PathLight { radiance, gathered, aov_first, truncated }
 }
 
+/// Adds the light of `count` samples of lights at the hits of this step.
+fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, count: u32, list: &SlotList, state: &mut EyeState) {
+    let EyeHits { hits, radiance, .. } = &mut state.result;
+    let samples = LightSamples { count, path: true };
+    let lit = LitHits { list: &list.list, count: &list.count, args: &list.args, hits, radiance };
+    eye::sample_lights(g, eye.view, eye.variant, samples, lit);
+}
+
 /// Goes on by the gathered lobes of the hits of this step.
-fn scatter(
-    g: &mut Graph,
-    (scene, camera): View<'_>,
-    (v, max_depth): (Variant, u32),
-    list: &SlotList,
-    paths: &mut Paths,
-    (result, children): (&mut EyeHits, &mut Children),
-) {
+fn scatter(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &mut EyeState, children: &mut Children) {
+    let EyeState { paths, result } = state;
     let bind = PathScatterBindings {
-        triangles: &scene.triangles,
-        camera,
-        pass: &scene.pass,
+        view: eye.view,
         list: &list.list,
         count: &list.count,
         rays: &mut paths.rays,
@@ -99,7 +92,8 @@ fn scatter(
         child_slots: &mut children.slots,
         truncated: &mut result.truncated,
     };
-    g.dispatch(PathScatter { glossy: v.glossy, max_depth }, Grid::Indirect(&list.args), (), bind);
+    let kernel = PathScatter { max_depth: eye.settings.max_depth, ..PathScatter::of(&eye.variant) };
+    g.dispatch(kernel, Grid::Indirect(&list.args), (), bind);
 }
 
 /// Caustic and other light as the film takes them.

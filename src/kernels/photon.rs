@@ -72,6 +72,15 @@ enum Leaves {
     Vertices,
 }
 
+/// One class of photons in a scene.
+#[derive(Clone, Copy)]
+struct PhotonTrace<'a> {
+    scene: &'a SceneBuffers,
+    variant: Variant,
+    emission: Emission,
+    leaves: Leaves,
+}
+
 /// Photons in flight, by index of emission.
 struct Flight {
     rays: Buf<[f32; 4]>,
@@ -81,23 +90,27 @@ struct Flight {
     hits: Buf<[u32; 4]>,
 }
 
+/// What the photons of a list left at a bounce, by place in the list.
+struct Pending {
+    /// 1 where something was left.
+    stored: Buf<u32>,
+    photons: Buf<Photon>,
+    /// Boxes of footprints; a single unused one with light vertices.
+    boxes: Buf<Aabb>,
+}
+
 /// Emits one class of photons and follows them to the end.
 pub fn trace(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
-    follow(g, (scene, v, emission), Leaves::Footprints, deposits);
+    follow(g, PhotonTrace { scene, variant: v, emission, leaves: Leaves::Footprints }, deposits);
 }
 
 /// The same photons, which leave light vertices instead of footprints in the room of [`Deposits::vertices`].
 pub fn trace_vertices(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
-    follow(g, (scene, v, emission), Leaves::Vertices, deposits);
+    follow(g, PhotonTrace { scene, variant: v, emission, leaves: Leaves::Vertices }, deposits);
 }
 
-fn follow(
-    g: &mut Graph,
-    (scene, v, emission): (&SceneBuffers, Variant, Emission),
-    leaves: Leaves,
-    deposits: &mut Deposits,
-) {
-    let n = emission.count;
+fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
+    let n = photons.emission.count;
     let mut flight = Flight {
         rays: g.buffer("photon_rays", 2 * n),
         flux: g.buffer("photon_flux", n),
@@ -105,89 +118,53 @@ fn follow(
         differentials: g.buffer("photon_differentials", n),
         hits: g.buffer("photon_hits", n),
     };
-    let mut list = g.scope("photon emit", |g| emit(g, scene, v, emission, &mut flight));
-    for step in 0..emission.max_bounces {
+    let mut list = g.scope("photon emit", |g| emit(g, photons, &mut flight));
+    for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
-            trace_list(g, scene, &list, &flight.rays, &mut flight.hits);
-            list = bounce(g, (scene, v, emission), (step, leaves), &list, (&mut flight, deposits));
+            trace_list(g, photons.scene, &list, &flight.rays, &mut flight.hits);
+            let (pending, alive) = bounce(g, photons, step, &list, (&mut flight, &mut deposits.counters));
+            append(g, photons.leaves, &list, &pending, deposits);
+            list = SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n);
         });
     }
     deposits.truncated.push(list.count);
 }
 
-fn emit(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, flight: &mut Flight) -> SlotList {
-    let mut list = g.buffer("photon_first_list", emission.count);
-    let kernel = PhotonEmit {
-        textures: v.textures,
-        alpha_mask: v.alpha_mask,
-        environment: v.environment,
-        area_lights: v.area_lights,
-        shading_stride: v.shading_stride,
-        uv0_at: v.uv0_at,
-        uv1_at: v.uv1_at,
-        color_at: v.color_at,
-        caustic: emission.caustic,
-    };
+fn emit(g: &mut Graph, photons: PhotonTrace<'_>, flight: &mut Flight) -> SlotList {
+    let PhotonTrace { scene, variant, emission: Emission { count, caustic, .. }, .. } = photons;
+    let mut list = g.buffer("photon_first_list", count);
     let bind = PhotonEmitBindings {
-        triangles: &scene.triangles,
-        shading_data: &scene.shading_data,
-        materials: &scene.materials,
-        texture_uses: &scene.texture_uses,
-        texels: &scene.texels,
-        lights: &scene.lights,
-        globals: &scene.globals,
-        environment: &scene.environment,
-        environment_cdf: &scene.environment_cdf,
-        casters: &scene.casters,
-        pass: &scene.pass,
+        scene,
         rays: &mut flight.rays,
         flux: &mut flight.flux,
         states: &mut flight.states,
         differentials: &mut flight.differentials,
         list: &mut list,
     };
-    g.dispatch(kernel, Grid::Threads(emission.count), PhotonEmitParams { count: emission.count }, bind);
-    SlotList::full(g, list, emission.count)
+    let kernel = PhotonEmit { caustic, ..PhotonEmit::of(&variant) };
+    g.dispatch(kernel, Grid::Threads(count), PhotonEmitParams { count }, bind);
+    SlotList::full(g, list, count)
 }
 
+/// One bounce of the listed photons, which are at their hits: what they leave there, and 1 for each that goes on.
 fn bounce(
     g: &mut Graph,
-    (scene, v, emission): (&SceneBuffers, Variant, Emission),
-    (step, leaves): (u32, Leaves),
+    photons: PhotonTrace<'_>,
+    step: u32,
     list: &SlotList,
-    (flight, deposits): (&mut Flight, &mut Deposits),
-) -> SlotList {
+    (flight, counters): (&mut Flight, &mut Buf<u32>),
+) -> (Pending, Buf<u32>) {
+    let PhotonTrace { scene, variant, emission, leaves } = photons;
     let n = emission.count;
     let (boxed, (footprint, radius_min, radius_max)) = match leaves {
         Leaves::Footprints => (n, emission.footprint.code(emission.largest)),
         Leaves::Vertices => (1, (FOOTPRINT_NONE, 0.0, 0.0)),
     };
-    let (mut alive, mut stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
-    let (mut pending, mut boxes) = (g.buffer("pending", n), g.buffer("pending_boxes", boxed));
-    let kernel = PhotonBounce {
-        textures: v.textures,
-        normal_maps: v.normal_maps,
-        alpha_mask: v.alpha_mask,
-        glass: v.glass,
-        absorption: v.absorption,
-        glossy: v.glossy,
-        smooth_normals: v.smooth_normals,
-        shading_stride: v.shading_stride,
-        uv0_at: v.uv0_at,
-        uv1_at: v.uv1_at,
-        color_at: v.color_at,
-        tangent_at: v.tangent_at,
-        caustic: emission.caustic,
-        footprint,
-    };
+    let (mut alive, stored) = (g.buffer("photon_alive", n), g.buffer("photon_stored", n));
+    let mut pending = Pending { stored, photons: g.buffer("pending", n), boxes: g.buffer("pending_boxes", boxed) };
+    let kernel = PhotonBounce { caustic: emission.caustic, footprint, ..PhotonBounce::of(&variant) };
     let bind = PhotonBounceBindings {
-        triangles: &scene.triangles,
-        shading_data: &scene.shading_data,
-        materials: &scene.materials,
-        texture_uses: &scene.texture_uses,
-        texels: &scene.texels,
-        globals: &scene.globals,
-        pass: &scene.pass,
+        scene,
         list: &list.list,
         count: &list.count,
         rays: &mut flight.rays,
@@ -196,48 +173,39 @@ fn bounce(
         states: &mut flight.states,
         differentials: &mut flight.differentials,
         alive: &mut alive,
-        stored: &mut stored,
-        pending: &mut pending,
-        pending_boxes: &mut boxes,
-        counters: &mut deposits.counters,
+        stored: &mut pending.stored,
+        pending: &mut pending.photons,
+        pending_boxes: &mut pending.boxes,
+        counters,
     };
     let params = PhotonBounceParams { smoothing: emission.smoothing, bounce: step, radius_min, radius_max };
     g.dispatch(kernel, Grid::Indirect(&list.args), params, bind);
-    let boxes = (leaves == Leaves::Footprints).then_some(&boxes);
-    append(g, list, &stored, (&pending, boxes), deposits);
-    SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n)
+    (pending, alive)
 }
 
-/// Adds the pending deposits whose flag is set, with their boxes if they have any.
-fn append(
-    g: &mut Graph,
-    list: &SlotList,
-    stored: &Buf<u32>,
-    (pending, boxes): (&Buf<Photon>, Option<&Buf<Aabb>>),
-    deposits: &mut Deposits,
-) {
+/// Adds what is pending to the deposits.
+fn append(g: &mut Graph, leaves: Leaves, list: &SlotList, left: &Pending, deposits: &mut Deposits) {
     let capacity = deposits.photons.len();
-    let kept = compact::indices(g, Items::Counted(&list.count), stored, LOCAL);
+    let kept = compact::indices(g, Items::Counted(&list.count), &left.stored, LOCAL);
     let (list, count, photon_count) = (&kept.indices, &kept.count, &deposits.count);
-    let (grid, photons) = (Grid::Indirect(&kept.args), &mut deposits.photons);
-    if let Some(pending_boxes) = boxes {
-        let boxes = &mut deposits.boxes;
-        let bind = PhotonAppendBindings { list, count, pending, pending_boxes, photon_count, photons, boxes };
-        g.dispatch(PhotonAppend, grid, PhotonAppendParams { capacity }, bind);
-    } else {
-        let bind = LightAppendBindings { list, count, pending, photon_count, vertices: photons };
-        g.dispatch(LightAppend, grid, LightAppendParams { capacity }, bind);
+    let (grid, photons, pending) = (Grid::Indirect(&kept.args), &mut deposits.photons, &left.photons);
+    match leaves {
+        Leaves::Footprints => {
+            let (pending_boxes, boxes) = (&left.boxes, &mut deposits.boxes);
+            let bind = PhotonAppendBindings { list, count, pending, pending_boxes, photon_count, photons, boxes };
+            g.dispatch(PhotonAppend, grid, PhotonAppendParams { capacity }, bind);
+        }
+        Leaves::Vertices => {
+            let bind = LightAppendBindings { list, count, pending, photon_count, vertices: photons };
+            g.dispatch(LightAppend, grid, LightAppendParams { capacity }, bind);
+        }
     }
-    g.dispatch(
-        PhotonAdvance,
-        Grid::Groups([1, 1]),
-        PhotonAdvanceParams { capacity },
-        PhotonAdvanceBindings {
-            count: &kept.count,
-            photon_count: &mut deposits.count,
-            overflow: &mut deposits.overflow,
-        },
-    );
+    let bind = PhotonAdvanceBindings {
+        count: &kept.count,
+        photon_count: &mut deposits.count,
+        overflow: &mut deposits.overflow,
+    };
+    g.dispatch(PhotonAdvance, Grid::Groups([1, 1]), PhotonAdvanceParams { capacity }, bind);
 }
 
 /// Folds the footprints of all deposits at the boundaries of the surfaces that they lie on (glsl/lib/fold.glsl).

@@ -1,36 +1,6 @@
-//! The scene's buffers in a graph, and the variant of the kernels that the scene needs.
+//! The variant of the kernels that a scene needs.
 
-use super::generated::{BvhNode, BvhTriangle, Caster, Globals, Light, Material, Pass, TextureUse};
-use crate::graph::ReadBuf;
-
-/// What every transport kernel may read; the layouts are those of glsl/shared.
-#[derive(Debug)]
-pub struct SceneBuffers {
-    /// Tree over the triangles.
-    pub nodes: ReadBuf<BvhNode>,
-    /// Triangles in leaf order.
-    pub triangles: ReadBuf<BvhTriangle>,
-    /// Vertex attributes per triangle, laid out by [`Variant`].
-    pub shading_data: ReadBuf<[f32; 4]>,
-    /// Materials.
-    pub materials: ReadBuf<Material>,
-    /// Textures as materials use them.
-    pub texture_uses: ReadBuf<TextureUse>,
-    /// RGBA8 texels of all textures.
-    pub texels: ReadBuf<u32>,
-    /// Lights with their cumulative probabilities.
-    pub lights: ReadBuf<Light>,
-    /// One entry.
-    pub globals: ReadBuf<Globals>,
-    /// Radiance of the environment.
-    pub environment: ReadBuf<[f32; 4]>,
-    /// Cumulative rows, then the cumulative column.
-    pub environment_cdf: ReadBuf<f32>,
-    /// Spheres around specular surfaces.
-    pub casters: ReadBuf<Caster>,
-    /// One entry, changed by the host before each pass.
-    pub pass: ReadBuf<Pass>,
-}
+pub use super::generated::SceneBuffers;
 
 /// Specialisation of the transport kernels: what a scene does not need is compiled out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Descriptions to Rust: structs with offset assertions, and for every kernel its parameters, bindings and constants.
 
-use super::{Kernel, Stage, Struct, Type};
+use super::{Kernel, Stage, Struct, Type, scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -31,6 +31,7 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
             write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
         }
     }
+    scene::write_buffers(&mut text, kernels)?;
     for kernel in kernels {
         write_kernel(&mut text, kernel);
     }
@@ -66,7 +67,7 @@ fn collect(ty: &Type, kernel: &str, structs: &mut BTreeMap<String, (Struct, Stri
     }
 }
 
-fn rust_type(ty: &Type) -> String {
+pub(super) fn rust_type(ty: &Type) -> String {
     match ty {
         Type::Scalar(name) => (*name).to_owned(),
         Type::Array(element, count) => format!("[{}; {count}]", rust_type(element)),
@@ -106,7 +107,7 @@ fn write_offsets(text: &mut String, name: &str, definition: &Struct) {
 }
 
 /// A GLSL name as a Rust identifier.
-fn ident(name: &str) -> String {
+pub(super) fn ident(name: &str) -> String {
     const RESERVED: &[&str] = &[
         "abstract", "as", "async", "await", "become", "box", "dyn", "enum", "extern", "final", "fn", "impl", "let",
         "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "static", "trait", "try",
@@ -136,6 +137,7 @@ fn write_kernel(text: &mut String, kernel: &Kernel) {
     }
     write_info(text, kernel);
     write_constants(text, kernel, &name);
+    scene::write_constructor(text, kernel, &name);
     write_bindings(text, kernel, &name);
     let params = if kernel.params.is_some() { format!("{name}Params") } else { "()".into() };
     let (kind, info, marker) = match kernel.stage {
@@ -212,7 +214,12 @@ fn write_constants(text: &mut String, kernel: &Kernel, name: &str) {
 fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
     let _ = writeln!(text, "/// Buffers of `{}`: shared borrows are read, exclusive ones written.", kernel.name);
     let _ = writeln!(text, "pub struct {name}Bindings<'a> {{");
-    for b in &kernel.bindings {
+    let (of_scene, own) = scene::split(kernel);
+    let member = scene::member(&of_scene);
+    if let Some((member, ty)) = member {
+        let _ = writeln!(text, "    #[allow(missing_docs)]\n    pub {member}: {ty},");
+    }
+    for b in own {
         let exclusive = if b.read_only { "" } else { "mut " };
         let _ = writeln!(
             text,
@@ -231,7 +238,9 @@ fn write_bindings(text: &mut String, kernel: &Kernel, name: &str) {
     );
     for b in &kernel.bindings {
         let call = if b.read_only { "read" } else { "write" };
-        let _ = writeln!(text, "            crate::graph::Use::{call}({}, self.{}),", b.index, ident(&b.name));
+        let of_scene = member.filter(|_| of_scene.contains(&b));
+        let buffer = of_scene.map_or_else(|| format!("self.{}", ident(&b.name)), |(m, _)| scene::borrow(b, m));
+        let _ = writeln!(text, "            crate::graph::Use::{call}({}, {buffer}),", b.index);
     }
     text.push_str("        ]\n    }\n}\n");
     if kernel.bindings.is_empty() {

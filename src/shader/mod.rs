@@ -8,6 +8,7 @@ pub mod constants;
 mod emit;
 pub mod expression;
 mod reflect;
+mod scene;
 
 pub use compile::{Compiler, kernel_files};
 pub use emit::emit;
@@ -122,6 +123,8 @@ pub struct Kernel {
     /// Stem of the file, and [`Stage::suffix`].
     pub name: String,
     pub stage: Stage,
+    /// Whether it includes the buffers and constants of the scene.
+    pub scene: bool,
     /// Workgroup size of a compute kernel, else 0.
     pub local_size: [u32; 3],
     /// Colours that a fragment kernel writes, else 0.

@@ -15,7 +15,10 @@ pub fn reflect(file: &Path, words: &[u32]) -> Result<Kernel, String> {
         ReflectConfig::new().spv(without_logic(words)).ref_all_rscs(true).reflect().map_err(|e| fail(e.to_string()))?;
     let entry = entry_points.first().ok_or_else(|| fail("no entry point".into()))?;
     let local_size = if stage == Stage::Compute { local_size(words).map_err(&fail)? } else { [0; 3] };
-    let mut kernel = Kernel { name, stage, local_size, colours: 0, params: None, bindings: vec![], constants: vec![] };
+    let source = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+    let scene = super::scene::is_scene_kernel(&source);
+    let (bindings, constants) = (vec![], vec![]);
+    let mut kernel = Kernel { name, stage, scene, local_size, colours: 0, params: None, bindings, constants };
     for var in &entry.vars {
         match var {
             Variable::Descriptor { desc_bind, ty, .. } => {

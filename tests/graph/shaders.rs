@@ -439,3 +439,52 @@ fn the_host_gets_what_is_shared_or_marked() {
     let message = host_constants(&twice).expect_err("one name twice");
     assert!(message.contains("shared/a.glsl") && message.contains("lib/a.glsl"), "{message}");
 }
+
+/// What a kernel reads of the scene comes as one set of buffers, and the scene's constants from one variant.
+#[test]
+fn kernels_of_a_scene_share_its_buffers() {
+    let bindings = "struct Camera { uint width; };
+        layout(set = 0, binding = 1, scalar) readonly buffer Texels { uint texels[]; };
+        layout(set = 0, binding = 4, scalar) readonly buffer Areas { float areas[]; };
+        layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
+        layout(constant_id = 3) const bool GLASS = true;";
+    let seen = "layout(constant_id = 20) const uint DEPTH = 5;
+        layout(set = 0, binding = 16, scalar) writeonly buffer Out { uint results[]; };
+        void main() { results[0] = camera[0].width + texels[0] + (GLASS ? DEPTH : 0u); }";
+    let unseen = "layout(set = 0, binding = 16, scalar) writeonly buffer Out { float results[]; };
+        void main() { results[0] = areas[0]; }";
+    let alone = "layout(set = 0, binding = 1, scalar) buffer Own { uint own[]; };
+        void main() { own[0] = 1u; }";
+    let include = "#include \"lib/scene_bindings.glsl\"\n";
+    let sources = Sources::new(&[
+        ("lib/scene_bindings.glsl", bindings),
+        ("kernels/seen.comp", &format!("{HEAD}{include}{seen}")),
+        ("kernels/unseen.comp", &format!("{HEAD}{include}{unseen}")),
+        ("kernels/alone.comp", &format!("{HEAD}{alone}")),
+    ]);
+    let kernels = ["seen", "unseen", "alone"].map(|name| sources.reflect(&format!("kernels/{name}.comp")).expect(name));
+    let text = emit(&kernels).expect("kernels that agree");
+    for part in [
+        "pub texels: crate::graph::ReadBuf<u32>,\n    #[allow(missing_docs)]\n    pub areas: crate::graph::ReadBuf<f32>,\n}",
+        "pub struct View<'a> {\n    /// The scene.\n    pub scene: &'a SceneBuffers,\n    /// One entry.\n    \
+         pub camera: &'a crate::graph::Buf<Camera>,\n}",
+        "pub struct SeenBindings<'a> {\n    #[allow(missing_docs)]\n    pub view: View<'a>,\n    #[allow(missing_docs)]\n    \
+         pub results:",
+        "Use::read(1, &self.view.scene.texels),",
+        "Use::read(11, self.view.camera),",
+        "Use::write(16, self.results),",
+        "glass: variant.glass,\n            ..Self::default()",
+        "pub scene: &'a SceneBuffers,\n    #[allow(missing_docs)]\n    pub results: &'a mut crate::graph::Buf<f32>,",
+        "Use::read(4, &self.scene.areas),",
+        "pub own: &'a mut crate::graph::Buf<u32>,",
+    ] {
+        assert!(text.contains(part), "{part}\nis not in\n{text}");
+    }
+    assert!(!text.contains("depth: variant") && !text.contains("impl Unseen {"), "{text}");
+    let writes = format!(
+        "{HEAD}{include}layout(set = 0, binding = 2, scalar) buffer W {{ uint w[]; }};\nvoid main() {{ w[0] = 1u; }}"
+    );
+    let sources = Sources::new(&[("lib/scene_bindings.glsl", bindings), ("kernels/writes.comp", &writes)]);
+    let message = emit(&[sources.reflect("kernels/writes.comp").expect("a kernel")]).expect_err("it writes the scene");
+    assert!(message.contains("writes w, a buffer of the scene"), "{message}");
+}

@@ -15,10 +15,10 @@ use crate::constants::{PIXEL_ROWS, TILE_VECTORS};
 use crate::graph::{Buf, DeviceClass, DispatchArgs, Graph, Grid};
 use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::{
-    Aabb, GatherTiled, GatherTiledBindings, GatherTiledParams, Photon, RadiusRange, TiledBounds, TiledBoundsBindings,
-    TiledBoundsParams, TiledCover, TiledCoverBindings, TiledCoverParams, TiledFill, TiledFillBindings, TiledFillParams,
-    TiledLevels, TiledLevelsBindings, TiledLevelsParams, TiledMark, TiledMarkBindings, TiledPack, TiledPackBindings,
-    TiledRanges, TiledRangesBindings,
+    Aabb, Camera, EyeHit, GatherTiled, GatherTiledBindings, GatherTiledParams, Pass, Photon, RadiusRange, TiledBounds,
+    TiledBoundsBindings, TiledBoundsParams, TiledCover, TiledCoverBindings, TiledCoverParams, TiledFill,
+    TiledFillBindings, TiledFillParams, TiledLevels, TiledLevelsBindings, TiledLevelsParams, TiledMark,
+    TiledMarkBindings, TiledPack, TiledPackBindings, TiledRanges, TiledRangesBindings,
 };
 use crate::kernels::records::{Record, Records};
 use crate::kernels::{Items, scan, sort};
@@ -111,10 +111,9 @@ pub fn tiled(
         let lists = bin(g, tiles, band, (&bounds, &slack), (deposits, packed, touched));
         (bounds, lists)
     });
-    let photons = (deposits, packed);
-    g.scope("tile gather", |g| {
-        gather(g, program, tiles, ((points, band), &seen), (photons, &bounds, &lists), gathered)
-    });
+    let stored = Stored { deposits, packed, bounds: &bounds, lists: &lists };
+    let at = Pixels { camera: band.camera, pass: points.pass, hits: points.hits, seen: &seen, tiles };
+    g.scope("tile gather", |g| gather(g, program, at, stored, gathered));
     lists.total
 }
 
@@ -206,14 +205,28 @@ fn entry_records(
     [places, powers, looks]
 }
 
-fn gather(
-    g: &mut Graph,
-    program: Program,
+/// The pixels that are gathered at.
+struct Pixels<'a> {
+    camera: &'a Buf<Camera>,
+    pass: &'a Buf<Pass>,
+    hits: &'a Buf<EyeHit>,
+    /// Per pixel of the band: 1 where its hit is listed.
+    seen: &'a Buf<u32>,
     tiles: Tiles,
-    ((points, band), seen): ((Points<'_>, Band<'_>), &Buf<u32>),
-    ((deposits, packed), bounds, lists): ((&Deposits, Option<&Records>), &Buf<[f32; 4]>, &Lists),
-    gathered: &mut Buf<[f32; 4]>,
-) {
+}
+
+/// Photons, and the tiles that they are put into.
+#[derive(Clone, Copy)]
+struct Stored<'a> {
+    deposits: &'a Deposits,
+    packed: Option<&'a Records>,
+    bounds: &'a Buf<[f32; 4]>,
+    lists: &'a Lists,
+}
+
+fn gather(g: &mut Graph, program: Program, at: Pixels<'_>, stored: Stored<'_>, gathered: &mut Buf<[f32; 4]>) {
+    let Pixels { camera, pass, hits, seen, tiles } = at;
+    let Stored { deposits, packed, bounds, lists } = stored;
     let chunks = g.device_class() == DeviceClass::Gpu;
     let none = g.upload("no_records", &[0u32]);
     let (no_range, no_photons) = (g.upload("no_range", &[RadiusRange::default()]), no_photons(g));
@@ -258,10 +271,10 @@ fn gather(
             _ => (Grid::Indirect(&more), &mut unused),
         };
         let bind = GatherTiledBindings {
-            camera: band.camera,
-            pass: points.pass,
+            camera,
+            pass,
             seen,
-            eye_hits: points.hits,
+            eye_hits: hits,
             begins: &lists.begins,
             entries,
             photons,

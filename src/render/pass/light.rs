@@ -7,6 +7,7 @@ use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
 use crate::graph::Graph;
 use crate::kernels::deposits::Deposits;
+use crate::kernels::eye::View;
 use crate::kernels::light::{self, Splats};
 use crate::kernels::scene_data::SceneBuffers;
 use crate::render::scene::camera::device_camera;
@@ -31,7 +32,7 @@ fn connect(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices
     let mut camera = device_camera(scene, settings, 1);
     camera.pixels = settings.pixels();
     let camera = g.upload("whole_camera", &[camera]);
-    light::connect(g, (buffers, &camera), device.variant, settings.pixels(), vertices)
+    light::connect(g, View { scene: buffers, camera: &camera }, device.variant, settings.pixels(), vertices)
 }
 
 impl Transport for LightPaths {

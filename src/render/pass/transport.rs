@@ -39,7 +39,7 @@ pub struct BandView<'a> {
 impl<'a> BandView<'a> {
     /// The scene and the camera, as kernels take them.
     pub fn view(&self) -> View<'a> {
-        (self.buffers, self.camera)
+        View { scene: self.buffers, camera: self.camera }
     }
 }
 
