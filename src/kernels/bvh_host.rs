@@ -1,9 +1,9 @@
 //! Binary BVH over triangles on the host, for static scenes.
 //!
 //! Binned surface-area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007): every
-//! node is split at the cheapest of `BINS - 1` planes of each axis of its centroids' box. Leaves of one to four triangles
-//! by the same cost. Subtrees whose depth could exceed [`MAX_DEPTH`] are split at the median instead. Deterministic:
-//! threads work on disjoint ranges and the result does not depend on their timing.
+//! node is split at the cheapest of `BINS - 1` planes of each axis of its centroids' box. Leaves of one to four
+//! triangles by the same cost. Subtrees whose depth could exceed [`MAX_DEPTH`] are split at the median instead.
+//! Deterministic: threads work on disjoint ranges and the result does not depend on their timing.
 //!
 //! Cost: n log n; the layout is that of glsl/shared/bvh.glsl. Triangles that no ray can hit are left out and counted.
 
@@ -21,8 +21,8 @@ pub const MAX_TRIANGLES: usize = FIRST_MASK as usize;
 
 const BINS: usize = 32;
 const MAX_LEAF: usize = 4;
-/// Cost of visiting a node in units of one triangle test. From 0.5 to 4 the rays per second do not differ measurably on a
-/// software device; 2 has 40 % fewer nodes than 1.
+/// Cost of visiting a node in units of one triangle test. From 0.5 to 4 the rays per second do not differ measurably on
+/// a software device; 2 has 40 % fewer nodes than 1.
 const NODE_COST: f32 = 2.0;
 /// Ranges larger than this are worth a thread.
 const PARALLEL_MIN: usize = 16_384;

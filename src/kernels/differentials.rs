@@ -1,23 +1,24 @@
-//! Photon differentials: the reference in double precision of glsl/lib/differentials.glsl, and a pass that runs the kernels' version.
+//! Photon differentials: the reference in double precision of glsl/lib/differentials.glsl, and a pass that runs the
+//! kernels' version.
 //!
-//! Each function takes one derivative of position `dp` or direction `dd` along a parameter of the ray (Igehy 1999, "Tracing ray
-//! differentials"); `d` is the unit direction of travel.
+//! Each function takes one derivative of position `dp` or direction `dd` along a parameter of the ray (Igehy 1999,
+//! "Tracing ray differentials"); `d` is the unit direction of travel.
 
 use glam::DVec3;
 
 use super::generated::{DifferentialStep, PhotonDifferential, PhotonDifferentialBindings, PhotonDifferentialParams};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Derivative of the position after a flight of length `t` to a plane with this normal. At grazing incidence the position stays
-/// perpendicular to the ray instead of going to infinity.
+/// Derivative of the position after a flight of length `t` to a plane with this normal. At grazing incidence the
+/// position stays perpendicular to the ray instead of going to infinity.
 pub fn transfer(dp: DVec3, dd: DVec3, d: DVec3, normal: DVec3, t: f64) -> DVec3 {
     let q = dp + t * dd;
     let cosine = d.dot(normal);
     if cosine.abs() < 1e-6 { q } else { q - d * (q.dot(normal) / cosine) }
 }
 
-/// A triangle's interpolated normal: its edges from the first corner, the differences of the vertex normals along them, and the
-/// interpolated normal before normalisation.
+/// A triangle's interpolated normal: its edges from the first corner, the differences of the vertex normals along them,
+/// and the interpolated normal before normalisation.
 #[derive(Debug, Clone, Copy)]
 pub struct SmoothNormal {
     /// Edge to the second corner.
@@ -68,7 +69,8 @@ pub fn refract(dd: DVec3, d: DVec3, dn: DVec3, Boundary { n, eta, r }: Boundary)
     eta * dd - (mu * dn + dmu * n)
 }
 
-/// Runs steps with the functions that the photon kernels use: two vectors of `results` per step, dp at the surface and dd behind it.
+/// Runs steps with the functions that the photon kernels use: two vectors of `results` per step, dp at the surface and
+/// dd behind it.
 pub fn run(g: &mut Graph, steps: &Buf<DifferentialStep>, results: &mut Buf<[f32; 4]>) {
     let count = steps.len();
     g.dispatch(

@@ -1,7 +1,8 @@
-//! Eye paths: from the camera through mirrors and glass to the surfaces where light is gathered, and the direct light there.
+//! Eye paths: from the camera through mirrors and glass to the surfaces where light is gathered, and the direct light
+//! there.
 //!
-//! One bounce a dispatch; survivors are compacted in order. A pixel has a fixed number of path slots; a path that splits
-//! divides its slots, so that every result has one writer and the film adds them in a fixed order.
+//! One bounce a dispatch; survivors are compacted in order. A pixel has a fixed number of path slots; a path that
+//! splits divides its slots, so that every result has one writer and the film adds them in a fixed order.
 
 pub use super::generated::View;
 use super::generated::{

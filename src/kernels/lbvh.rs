@@ -1,9 +1,9 @@
 //! Linear bounding-volume hierarchy over boxes, built on the device.
 //!
 //! Morton codes of the centres, a radix sort, links from the common prefixes of neighbours (Karras 2012, "Maximizing
-//! parallelism in the construction of BVHs, octrees, and k-d trees"), boxes from the items up. Equal codes are told apart
-//! by their place in the order, so a tree over equal boxes is balanced. Subtrees of at most `leaf_items` boxes become one
-//! leaf (Fabianowski and Dingliana 2009: two leaves are fused while their joint count is at most T).
+//! parallelism in the construction of BVHs, octrees, and k-d trees"), boxes from the items up. Equal codes are told
+//! apart by their place in the order, so a tree over equal boxes is balanced. Subtrees of at most `leaf_items` boxes
+//! become one leaf (Fabianowski and Dingliana 2009: two leaves are fused while their joint count is at most T).
 //!
 //! About 340 bytes per box. The codes are the same bits on every device, in every unit of length.
 

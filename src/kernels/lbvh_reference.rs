@@ -16,7 +16,8 @@ pub struct Tree {
     pub degenerate: u32,
 }
 
-/// 30-bit code of a box: three bits of size, then the Morton code of its centre in cubic cells whose edge is a power of two.
+/// 30-bit code of a box: three bits of size, then the Morton code of its centre in cubic cells whose edge is a power of
+/// two.
 pub fn morton(b: &Aabb, scene: &Aabb) -> u32 {
     if !is_valid(b) {
         return MORTON_NONE;

@@ -1,7 +1,8 @@
 //! Light tracing: the vertices of light paths, connected to the camera, and the sums of what each pixel sees of them.
 //!
-//! Photons make the vertices ([`super::photon::trace_vertices`]), a splat each. A stable sort by pixel and class puts the
-//! splats of a pixel together in the order of the photons, so that sums have the same bits in every run, without atomics.
+//! Photons make the vertices ([`super::photon::trace_vertices`]), a splat each. A stable sort by pixel and class puts
+//! the splats of a pixel together in the order of the photons, so that sums have the same bits in every run, without
+//! atomics.
 
 use super::deposits::Deposits;
 use super::eye::{LOCAL, View};
@@ -12,8 +13,8 @@ use super::scene_data::Variant;
 use super::{Items, compact, sort};
 use crate::graph::{Buf, Graph, Grid};
 
-/// Splats of a block whose sum is known: a loop over the 2^24 that a pass can have takes 2^15 steps over blocks, within what
-/// drivers run that end loops after 65,535.
+/// Splats of a block whose sum is known: a loop over the 2^24 that a pass can have takes 2^15 steps over blocks, within
+/// what drivers run that end loops after 65,535.
 const BLOCK: u32 = 512;
 
 /// What the light vertices of a pass send to the pixels, by pixel and class.
@@ -53,8 +54,8 @@ pub fn connect(g: &mut Graph, view: View<'_>, v: Variant, pixels: u32, vertices:
     Splats { keys, order, splats, blocks }
 }
 
-/// Writes what a band of `pixels` pixels sees to the first slot of each, caustic and other light; `count` is that of the
-/// vertices.
+/// Writes what a band of `pixels` pixels sees to the first slot of each, caustic and other light; `count` is that of
+/// the vertices.
 pub fn sum(
     g: &mut Graph,
     (camera, pixels): (&Buf<Camera>, u32),

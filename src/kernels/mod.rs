@@ -70,8 +70,8 @@ pub(crate) struct Tiling {
 }
 
 impl Tiling {
-    /// Workgroups that share `capacity` items. More than 1024 would not be faster on any device, and their partial results
-    /// then fit one tile, so that no algorithm here needs recursion.
+    /// Workgroups that share `capacity` items. More than 1024 would not be faster on any device, and their partial
+    /// results then fit one tile, so that no algorithm here needs recursion.
     pub fn new(class: DeviceClass, capacity: u32) -> Self {
         let (items, most) = match class {
             DeviceClass::Cpu => (64, 64),

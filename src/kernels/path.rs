@@ -1,9 +1,9 @@
 //! Path tracing from the eye with next-event estimation and multiple importance sampling: a reference for the photons.
 //!
-//! Each step is one of the eye paths' (the same kernels), light samples at the surfaces that gather (the same kernel), and
-//! one more that goes on there by a gathered lobe. Emitters that gathered lobes hit and those that light samples hit share
-//! the light by the balance heuristic (Veach 1997, section 9.2.2). A path that was followed through mirrors and glass
-//! counts what it hits in full: light samples see no way there.
+//! Each step is one of the eye paths' (the same kernels), light samples at the surfaces that gather (the same kernel),
+//! and one more that goes on there by a gathered lobe. Emitters that gathered lobes hit and those that light samples
+//! hit share the light by the balance heuristic (Veach 1997, section 9.2.2). A path that was followed through mirrors
+//! and glass counts what it hits in full: light samples see no way there.
 
 use super::Items;
 use super::eye::{

@@ -1,7 +1,8 @@
 //! Photons: emission, bounces, and the map of their deposits.
 //!
-//! One bounce a dispatch, survivors compacted, deposits appended in a fixed order, so that a map has the same bits in every
-//! run. Sources: Fabianowski and Dingliana 2009 (differentials, footprints), Yao et al. 2010 (aiming), Igehy 1999.
+//! One bounce a dispatch, survivors compacted, deposits appended in a fixed order, so that a map has the same bits in
+//! every run. Sources: Fabianowski and Dingliana 2009 (differentials, footprints), Yao et al. 2010 (aiming), Igehy
+//! 1999.
 
 use super::deposits::Deposits;
 use super::eye::{LOCAL, SlotList, trace_list};
@@ -40,8 +41,8 @@ pub enum Footprint {
     /// Ellipses by photon differentials (Fabianowski and Dingliana 2009).
     #[default]
     Differential,
-    /// Discs between two radii [scene units, at the first pass] by the density of the photon's path (Mara, Luebke and McGuire 2013, equations 4
-    /// and 5): small after mirrors and glass, large after diffuse surfaces.
+    /// Discs between two radii [scene units, at the first pass] by the density of the photon's path (Mara, Luebke and
+    /// McGuire 2013, equations 4 and 5): small after mirrors and glass, large after diffuse surfaces.
     Density {
         /// After smooth surfaces only.
         min: f32,
@@ -231,7 +232,8 @@ pub struct PhotonMap {
     pub records: Option<Records>,
 }
 
-/// Builds the map on the device; `packed` of records of 20 bytes, which turns the deposits into discs ([`records::pack`]).
+/// Builds the map on the device; `packed` of records of 20 bytes, which turns the deposits into discs
+/// ([`records::pack`]).
 pub fn map(g: &mut Graph, deposits: &mut Deposits, options: lbvh::Options, packed: bool) -> PhotonMap {
     let record = if packed { Record::Packed20 } else { Record::Full };
     let records = records::pack(g, deposits, record);

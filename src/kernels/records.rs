@@ -1,5 +1,5 @@
-//! Photons as small records (Mara, Luebke and McGuire 2013, section 4): 20 bytes instead of 64, or 12 relative to a cell or tile.
-//! The layouts, and what they lose, stand in glsl/lib/packed_photon.glsl.
+//! Photons as small records (Mara, Luebke and McGuire 2013, section 4): 20 bytes instead of 64, or 12 relative to a
+//! cell or tile. The layouts, and what they lose, stand in glsl/lib/packed_photon.glsl.
 
 use super::deposits::Deposits;
 use super::generated::{
@@ -44,9 +44,9 @@ pub struct Records {
     pub range: Buf<RadiusRange>,
 }
 
-/// Packs the deposits, and replaces them and their boxes by the discs that the records stand for: whatever is built of them, and
-/// whatever looks at them in full, is built of what will be gathered. With 12 bytes the discs are still at their exact places.
-/// Nothing with [`Record::Full`].
+/// Packs the deposits, and replaces them and their boxes by the discs that the records stand for: whatever is built of
+/// them, and whatever looks at them in full, is built of what will be gathered. With 12 bytes the discs are still at
+/// their exact places. Nothing with [`Record::Full`].
 pub fn pack(g: &mut Graph, deposits: &mut Deposits, record: Record) -> Option<Records> {
     let words = match record {
         Record::Full => return None,

@@ -64,8 +64,8 @@ pub fn sum_f32(g: &mut Graph, items: Items<'_>, input: &Buf<f32>, result: &mut B
     two_levels!(g, items, input, result, |items| ReduceF32 { items }, ReduceF32Params, ReduceF32Bindings);
 }
 
-/// `result[0]` becomes the union of the valid boxes of `input`: `min <= max` in every axis, all finite. Without any it is
-/// the empty box, `min = +inf` and `max = -inf`.
+/// `result[0]` becomes the union of the valid boxes of `input`: `min <= max` in every axis, all finite. Without any it
+/// is the empty box, `min = +inf` and `max = -inf`.
 ///
 /// # Panics
 /// If `result` is empty.

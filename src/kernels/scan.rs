@@ -1,9 +1,9 @@
 //! Exclusive prefix sum of `u32`, modulo 2^32.
 //!
-//! Reduce, then scan: each workgroup sums its share of the tiles, one workgroup scans the sums, each workgroup scans its
-//! share from there. No workgroup waits for another one (lavapipe cannot, and Vulkan promises no progress between
-//! them). Three dispatches and 12 bytes per item, whatever the count: shares grow instead of levels, so the recursion of
-//! the textbook (Blelloch 1990, "Prefix sums and their applications") stays at depth one up to 2^32 - 1 items.
+//! Reduce, then scan: each workgroup sums its share of the tiles, one workgroup scans the sums, each workgroup scans
+//! its share from there. No workgroup waits for another one (lavapipe cannot, and Vulkan promises no progress between
+//! them). Three dispatches and 12 bytes per item, whatever the count: shares grow instead of levels, so the recursion
+//! of the textbook (Blelloch 1990, "Prefix sums and their applications") stays at depth one up to 2^32 - 1 items.
 
 use super::generated::{ScanApply, ScanApplyBindings, ScanApplyParams};
 use super::generated::{ScanReduce, ScanReduceBindings, ScanReduceParams};

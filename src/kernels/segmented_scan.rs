@@ -1,8 +1,9 @@
 //! Exclusive prefix sums of `u32` that start anew at every head, modulo 2^32.
 //!
-//! The shape of [`super::scan`]; 20 bytes per item. In modular arithmetic a segment's sum is the difference of two plain
-//! prefix sums, so a tile needs one sum scan and one maximum scan (of the places of heads) instead of a scan of pairs
-//! (Sengupta, Harris, Zhang, Owens 2007, "Scan primitives for GPU computing", section 3, state the pair operator).
+//! The shape of [`super::scan`]; 20 bytes per item. In modular arithmetic a segment's sum is the difference of two
+//! plain prefix sums, so a tile needs one sum scan and one maximum scan (of the places of heads) instead of a scan of
+//! pairs (Sengupta, Harris, Zhang, Owens 2007, "Scan primitives for GPU computing", section 3, state the pair
+//! operator).
 
 use super::generated::{SegmentedScanApply, SegmentedScanApplyBindings, SegmentedScanApplyParams};
 use super::generated::{SegmentedScanReduce, SegmentedScanReduceBindings, SegmentedScanReduceParams};

@@ -1,8 +1,8 @@
 //! Radix sort, least significant digit first, 8 bits a pass, stable.
 //!
-//! Each pass counts the digits of every worker's range, scans the table of counts in the order (digit, worker), and moves
-//! every key to its place (Zagha and Blelloch 1991, "Radix sort for vector multiprocessors"). 20 bytes per pair and pass,
-//! 12 per key, and the table: 256 words per worker.
+//! Each pass counts the digits of every worker's range, scans the table of counts in the order (digit, worker), and
+//! moves every key to its place (Zagha and Blelloch 1991, "Radix sort for vector multiprocessors"). 20 bytes per pair
+//! and pass, 12 per key, and the table: 256 words per worker.
 //!
 //! Up to 2^31 items; the count comes from the GPU if wanted.
 

@@ -5,7 +5,8 @@
 //! [`reference()`]: a loop over all triangles. Hits do not depend on the tree, not even among hits at equal distance.
 //!
 //! Host and device agree bit for bit where the device rounds additions, multiplications *and divisions* correctly
-//! (software devices do). Vulkan allows 2.5 ulp for a division; there `t` and the barycentrics may differ in the last bits.
+//! (software devices do). Vulkan allows 2.5 ulp for a division; there `t` and the barycentrics may differ in the last
+//! bits.
 //!
 //! Sources: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013); Ize, "Robust BVH Ray Traversal"
 //! (JCGT 2013); Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, section 6.8.6.
@@ -203,8 +204,8 @@ impl Frame {
     }
 }
 
-/// Mirror of `offset_ray_origin` of glsl/lib/intersect.glsl: where a ray along `direction` starts that leaves the triangle
-/// at barycentrics `[b1, b2]`.
+/// Mirror of `offset_ray_origin` of glsl/lib/intersect.glsl: where a ray along `direction` starts that leaves the
+/// triangle at barycentrics `[b1, b2]`.
 pub fn offset_ray_origin([v0, v1, v2]: [[f32; 3]; 3], [b1, b2]: [f32; 2], direction: [f32; 3]) -> [f32; 3] {
     let largest = |v: [f32; 3]| maximum(v[0].abs(), maximum(v[1].abs(), v[2].abs()));
     let e1: [f32; 3] = std::array::from_fn(|i| v1[i] - v0[i]);

@@ -1,14 +1,14 @@
 //! Photon BVH by the voxel volume heuristic, on the host: the slow and good builder beside [`super::lbvh`].
 //!
-//! Fabianowski and Dingliana 2009, section 5.1, after Wald, Guenther and Slusallek 2004, "Balancing considered harmful":
-//! a point meets a node with a probability proportional to the node's volume, so every node is split where
-//! `C = V_L N_L + V_R N_R` (eq. 14) is least. A plane is swept over the centres along each axis, which tries every
-//! split of the three sorted orders. Nodes of at most `leaf_items` boxes are leaves: by the paper, stopping earlier by
-//! cost (section 5.3) only makes queries slower.
+//! Fabianowski and Dingliana 2009, section 5.1, after Wald, Guenther and Slusallek 2004, "Balancing considered
+//! harmful": a point meets a node with a probability proportional to the node's volume, so every node is split where `C
+//! = V_L N_L + V_R N_R` (eq. 14) is least. A plane is swept over the centres along each axis, which tries every split
+//! of the three sorted orders. Nodes of at most `leaf_items` boxes are leaves: by the paper, stopping earlier by cost
+//! (section 5.3) only makes queries slower.
 //!
 //! Where volumes say nothing: a node whose box is flat is split by area, one that is a line by length. Splits of equal
-//! cost are decided by balance, then by axis, then by position, so boxes that are all equal give a balanced tree and the
-//! result is the same on every machine. Splits that could lead below [`MAX_DEPTH`] nodes are not considered.
+//! cost are decided by balance, then by axis, then by position, so boxes that are all equal give a balanced tree and
+//! the result is the same on every machine. Splits that could lead below [`MAX_DEPTH`] nodes are not considered.
 //!
 //! Time: n log n for the three sorts, which are kept through all splits, and n for each level of the tree.
 

@@ -1,5 +1,5 @@
-//! What the kernels of light transport have in common: the buffers and specialisation constants of the scene, declared in
-//! `lib/scene_bindings.glsl`. They become one set of buffers in Rust, and kernels are specialised by one variant.
+//! What the kernels of light transport have in common: the buffers and specialisation constants of the scene, declared
+//! in `lib/scene_bindings.glsl`. They become one set of buffers in Rust, and kernels are specialised by one variant.
 
 use super::emit::{ident, rust_type};
 use super::{Binding, Kernel};
@@ -43,7 +43,8 @@ pub fn borrow(binding: &Binding, member: &str) -> String {
     }
 }
 
-/// `SceneBuffers`: every buffer of the scene that a kernel reads; and `View`, with the camera. Nothing without such kernels.
+/// `SceneBuffers`: every buffer of the scene that a kernel reads; and `View`, with the camera. Nothing without such
+/// kernels.
 pub fn write_buffers(text: &mut String, kernels: &[Kernel]) -> Result<(), String> {
     let mut buffers: BTreeMap<u32, (&Binding, &str)> = BTreeMap::new();
     for kernel in kernels {

@@ -43,8 +43,8 @@ pub fn brute(
     }
 }
 
-/// Estimates again, with every photon, where an estimator gave up (UNFINISHED): only drivers that end loops need it. A hit
-/// at which this happens has tens of thousands of photons around it, so that going through all of them is no waste.
+/// Estimates again, with every photon, where an estimator gave up (UNFINISHED): only drivers that end loops need it. A
+/// hit at which this happens has tens of thousands of photons around it, so that going through all of them is no waste.
 pub(super) fn finish(
     g: &mut Graph,
     program: Program,

@@ -1,9 +1,9 @@
 //! Density estimation from a hash grid: the "HashGrid" of Mara, Luebke and McGuire 2013, with levels.
 //!
 //! The paper has one cell size, so that every photon's sphere has to reach as far as the largest one's. Footprints by
-//! photon differentials differ several hundredfold, and the few photons of diffuse light between caustic ones would make
-//! every cell a crowd. Here a photon is filed at the level of its size, levels a factor of two apart, and a hit visits
-//! eight cells of every level that is in use: up to 128 look-ups, against thousands of photons too many.
+//! photon differentials differ several hundredfold, and the few photons of diffuse light between caustic ones would
+//! make every cell a crowd. Here a photon is filed at the level of its size, levels a factor of two apart, and a hit
+//! visits eight cells of every level that is in use: up to 128 look-ups, against thousands of photons too many.
 //! [`Options::levels`] = 1 is the paper's grid, for comparisons.
 //!
 //! Photons are sorted by a 32-bit key of level and hashed cell and copied in that order, so that those of a cell are
@@ -69,8 +69,8 @@ pub struct HashGrid {
 pub struct PackedCells {
     /// 20 or 12 bytes; those of 12 bytes are three words, positions relative to the photon's own cell.
     pub records: Records,
-    /// With 12 bytes: of each photon's cell another hash than its key. A run may hold photons of several cells, and relative places
-    /// mean nothing in another one. Otherwise unused.
+    /// With 12 bytes: of each photon's cell another hash than its key. A run may hold photons of several cells, and
+    /// relative places mean nothing in another one. Otherwise unused.
     pub checks: Buf<u32>,
 }
 
@@ -80,8 +80,8 @@ pub fn slots(capacity: u32) -> u32 {
 }
 
 /// Bytes of a grid with room for `capacity` photons, per photon: the photon (64), its key and place (8), the end of its
-/// run (4), and two to four slots of 8 bytes. Between 92 and 108. Records of 20 bytes save 44 of them, those of 12 bytes 48, because
-/// each has a check of 4.
+/// run (4), and two to four slots of 8 bytes. Between 92 and 108. Records of 20 bytes save 44 of them, those of 12
+/// bytes 48, because each has a check of 4.
 pub fn bytes_per_photon(capacity: u32) -> f64 {
     64.0 + 8.0 + 4.0 + 8.0 * f64::from(slots(capacity)) / f64::from(capacity.max(1))
 }

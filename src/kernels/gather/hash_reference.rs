@@ -110,8 +110,8 @@ mod tests {
         assert!(far.len() > 9000, "{} of 10000", far.len());
     }
 
-    /// No photon within the radius is in another cell than those that a hit meets, and these are two, or near the end of
-    /// the floats' precision at most five.
+    /// No photon within the radius is in another cell than those that a hit meets, and these are two, or near the end
+    /// of the floats' precision at most five.
     #[test]
     fn a_hit_meets_few_cells_and_misses_none() {
         let mut state = 1u64;

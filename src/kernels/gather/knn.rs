@@ -1,9 +1,10 @@
-//! Density estimation from the k nearest photons (Jensen 2001, "Realistic Image Synthesis Using Photon Mapping"), exact; the
-//! definition is in glsl/lib/knn.glsl. Caustic and other photons are searched apart, k of each, as in Jensen's two maps.
+//! Density estimation from the k nearest photons (Jensen 2001, "Realistic Image Synthesis Using Photon Mapping"),
+//! exact; the definition is in glsl/lib/knn.glsl. Caustic and other photons are searched apart, k of each, as in
+//! Jensen's two maps.
 //!
-//! Jensen's tree is a left-balanced kd-tree. This one has the same shape, implicit and balanced, over photons in the order
-//! of the photon map: boxes around their centres, level by level. 9 to 18 bytes a photon beside the map's; a search needs
-//! 16 (k + 1) bytes for its heaps.
+//! Jensen's tree is a left-balanced kd-tree. This one has the same shape, implicit and balanced, over photons in the
+//! order of the photon map: boxes around their centres, level by level. 9 to 18 bytes a photon beside the map's; a
+//! search needs 16 (k + 1) bytes for its heaps.
 
 use super::brute::unfinished;
 use super::{Points, Program};
@@ -58,7 +59,8 @@ pub fn knn_map(g: &mut Graph, deposits: &Deposits, fences: bool) -> KnnMap {
     KnnMap { nodes, leaves, count: map.tree.counts, order: map.tree.items, sorted: map.photons }
 }
 
-/// Writes the gathered radiance of the listed slots (caustic, then other light) from the `k` nearest photons of each class.
+/// Writes the gathered radiance of the listed slots (caustic, then other light) from the `k` nearest photons of each
+/// class.
 ///
 /// # Panics
 /// If `k` is 0 or more than [`MAX_NEIGHBOURS`].
@@ -100,8 +102,8 @@ pub fn knn(
     }
 }
 
-/// Iterations after which a walk is given up. The driver counts those of its whole vector of up to 8 lanes, which walk apart:
-/// the sum of theirs in the worst case. Some are left for the last leaf and the sums.
+/// Iterations after which a walk is given up. The driver counts those of its whole vector of up to 8 lanes, which walk
+/// apart: the sum of theirs in the worst case. Some are left for the last leaf and the sums.
 fn step_limit(program: &Program) -> u32 {
     program.step_limit() / 5
 }

@@ -1,5 +1,6 @@
 //! Density estimation at the eye hits. One file per estimator; all of them weigh a photon by glsl/lib/estimate.glsl, so
-//! with the same photons they give the same radiance, and differ in which photons they look at to find those that count.
+//! with the same photons they give the same radiance, and differ in which photons they look at to find those that
+//! count.
 
 mod bounds;
 mod brute;
@@ -85,7 +86,8 @@ impl Program {
         }
     }
 
-    /// Iterations after which an estimator gives a hit up; 0: never. Half of what the driver runs, for loops around the counted one.
+    /// Iterations after which an estimator gives a hit up; 0: never. Half of what the driver runs, for loops around the
+    /// counted one.
     fn step_limit(&self) -> u32 {
         self.loop_limit.map_or(0, |limit| limit / 2)
     }

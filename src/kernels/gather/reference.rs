@@ -1,4 +1,5 @@
-//! The specification of the density estimators for Lambert surfaces, in double precision, and photons and hits to feed it.
+//! The specification of the density estimators for Lambert surfaces, in double precision, and photons and hits to feed
+//! it.
 
 use super::Weight;
 use crate::constants::{SAME_SURFACE, SLAB};

@@ -16,8 +16,8 @@ pub struct Found {
     pub accepted: u32,
 }
 
-/// Gathered radiance of each hit on a Lambert surface from the `k` nearest photons of each class. Distances are compared in
-/// single precision, as the kernels do, everything else is computed in double.
+/// Gathered radiance of each hit on a Lambert surface from the `k` nearest photons of each class. Distances are
+/// compared in single precision, as the kernels do, everything else is computed in double.
 pub fn gather(hits: &[EyeHit], photons: &[Photon], weight: Weight, k: usize) -> Vec<Found> {
     hits.iter().map(|hit| at(hit, photons, weight, k)).collect()
 }

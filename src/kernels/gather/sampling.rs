@@ -1,5 +1,5 @@
-//! Estimates from a part of the work (Mara, Luebke and McGuire 2013, section 2.3.2): a part of the photons at every hit, or
-//! all photons at a part of the hits.
+//! Estimates from a part of the work (Mara, Luebke and McGuire 2013, section 2.3.2): a part of the photons at every
+//! hit, or all photons at a part of the hits.
 
 use super::{Band, Points};
 use crate::graph::{Buf, Graph, Grid};
@@ -23,16 +23,17 @@ impl Walk {
     /// Every photon.
     pub const FULL: Self = Self { stride: 1, ratio: false };
 
-    /// Expectation of the estimate from a list of `photons` over the truth: 1, or with the ratio 1 - (1 - 1/stride)^n. Given
-    /// that c of n photons were visited, each set of c is as likely, so their mean is right; only where c = 0 there is none.
+    /// Expectation of the estimate from a list of `photons` over the truth: 1, or with the ratio 1 - (1 - 1/stride)^n.
+    /// Given that c of n photons were visited, each set of c is as likely, so their mean is right; only where c = 0
+    /// there is none.
     pub fn expectation(self, photons: u32) -> f64 {
         if self.ratio { 1.0 - (1.0 - 1.0 / f64::from(self.stride)).powf(f64::from(photons)) } else { 1.0 }
     }
 }
 
-/// Estimates by `gather` at one pixel of each block of `k` x `k` and at all hits that are not Lambert, fills the others by
-/// bilateral upsampling, and estimates also where nothing similar is around. The pixel changes from pass to pass; any k^2 passes
-/// from a multiple of k^2 on use each once. `gathered` must be filled with 0.
+/// Estimates by `gather` at one pixel of each block of `k` x `k` and at all hits that are not Lambert, fills the others
+/// by bilateral upsampling, and estimates also where nothing similar is around. The pixel changes from pass to pass;
+/// any k^2 passes from a multiple of k^2 on use each once. `gathered` must be filled with 0.
 pub fn regular(
     g: &mut Graph,
     k: u32,
@@ -66,8 +67,8 @@ pub fn regular(
 /// Largest radius of the filter's window in pixels: 81 hits are read for one.
 const MOST_RADIUS: u32 = 4;
 
-/// The gathered light after a bilateral filter whose window reaches `k` pixels, at most four, at the first pass and shrinks with
-/// the footprints, so that what it blurs vanishes with the passes.
+/// The gathered light after a bilateral filter whose window reaches `k` pixels, at most four, at the first pass and
+/// shrinks with the footprints, so that what it blurs vanishes with the passes.
 pub fn filter(
     g: &mut Graph,
     k: u32,

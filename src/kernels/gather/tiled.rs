@@ -1,13 +1,15 @@
 //! Density estimation from lists of photons per tile of the image (Mara, Luebke and McGuire 2013, "Tiled").
 //!
-//! Tiles are known by what their eye hits span: a box in space, a range of depths, a window of the image. Photons are counted
-//! into the tiles they reach, places follow from a scan, pairs of tile and photon are written photon by photon and sorted by
-//! tile, which keeps their order. Tiles come in levels, each of twice the side of the one below, up to a single tile; a photon
-//! goes to the lowest level where it needs at most [`MOST_TILES`]. So no list overflows, whatever the photons, and memory is
-//! bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible entries. Records of 20 bytes are found by entry, like
-//! photons; those of 12 bytes are copied for each entry, relative to its tile, as in the paper, and need [`RECORD_BYTES`] more for each.
+//! Tiles are known by what their eye hits span: a box in space, a range of depths, a window of the image. Photons are
+//! counted into the tiles they reach, places follow from a scan, pairs of tile and photon are written photon by photon
+//! and sorted by tile, which keeps their order. Tiles come in levels, each of twice the side of the one below, up to a
+//! single tile; a photon goes to the lowest level where it needs at most [`MOST_TILES`]. So no list overflows, whatever
+//! the photons, and memory is bounded: [`PHOTON_BYTES`] per photon and [`ENTRY_BYTES`] for each of its possible
+//! entries. Records of 20 bytes are found by entry, like photons; those of 12 bytes are copied for each entry, relative
+//! to its tile, as in the paper, and need [`RECORD_BYTES`] more for each.
 //!
-//! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another estimator.
+//! Only hits at their pixel's place in space belong here; those seen by way of mirrors and glass need another
+//! estimator.
 
 use super::{Band, Points, Program};
 pub use crate::constants::MOST_TILES;
@@ -50,7 +52,8 @@ struct Tiles {
 
 impl Tiles {
     fn new(class: DeviceClass, band: Band<'_>) -> Self {
-        // On a CPU as large as the block of a workgroup. A GPU sorts with ease what it saves there by fewer, larger tiles.
+        // On a CPU as large as the block of a workgroup. A GPU sorts with ease what it saves there by fewer, larger
+        // tiles.
         let shift = match class {
             DeviceClass::Cpu => 3,
             DeviceClass::Gpu => 4,
@@ -87,9 +90,9 @@ struct Lists {
     records: Option<[Buf<u32>; 3]>,
 }
 
-/// Writes the gathered radiance of the listed slots: caustic, then other light. All must lie at their pixel's place in space, and
-/// so in the first slot of their pixel. With records ([`crate::kernels::records::pack`]) these are gathered. Sets `touched` to 1 for every photon that is put into a tile, and returns the number of
-/// entries in all tiles.
+/// Writes the gathered radiance of the listed slots: caustic, then other light. All must lie at their pixel's place in
+/// space, and so in the first slot of their pixel. With records ([`crate::kernels::records::pack`]) these are gathered.
+/// Sets `touched` to 1 for every photon that is put into a tile, and returns the number of entries in all tiles.
 ///
 /// # Panics
 /// If `touched` is shorter than the deposits, or there is room for 2^27 deposits or more.
@@ -117,7 +120,8 @@ pub fn tiled(
     lists.total
 }
 
-/// What the hits of each tile span, level by level, and how far hits lie outside of their tile [bits of a float, pixels].
+/// What the hits of each tile span, level by level, and how far hits lie outside of their tile [bits of a float,
+/// pixels].
 fn bounds(
     g: &mut Graph,
     tiles: Tiles,
@@ -297,13 +301,14 @@ fn no_photons(g: &mut Graph) -> Buf<Photon> {
     nothing
 }
 
-/// Entries that a dispatch takes from the lists of a pixel: a quarter of what the driver runs, where it ends loops, because
-/// there are loops around and inside of the counted one; elsewhere what no watchdog notices.
+/// Entries that a dispatch takes from the lists of a pixel: a quarter of what the driver runs, where it ends loops,
+/// because there are loops around and inside of the counted one; elsewhere what no watchdog notices.
 fn entries_per_dispatch(program: Program) -> u32 {
     program.loop_limit.map_or(1 << 18, |limit| (limit / 4).max(1))
 }
 
-/// A step with which all of `rows` are visited, far from the neighbours: near the golden section, without common divisor.
+/// A step with which all of `rows` are visited, far from the neighbours: near the golden section, without common
+/// divisor.
 fn stride(rows: u32) -> u32 {
     let coprime = |n: &u32| {
         let (mut a, mut b) = (*n, rows);
