@@ -1,8 +1,8 @@
 // Bounds of photons in the picture: what the rasteriser draws so that each pixel whose eye hit may lie in a photon's
 // footprint gets a fragment (Mara, Luebke and McGuire 2013: "2.5D bounds" and "3D bounds").
 //
-// An eye hit lies anywhere within its pixel, while a bound is sampled at the pixel's middle: bounds are wider by half of
-// a pixel's diagonal.
+// An eye hit lies anywhere within its pixel, while a bound is sampled at the pixel's middle: bounds are wider by half
+// of a pixel's diagonal.
 
 // The camera's axes (x to the right, y down, z into the picture) and its picture on the plane at distance 1, or on any
 // plane if the camera is orthographic.
@@ -113,7 +113,8 @@ vec2 side_normal(Ball b, View v, uint k, uint corners) {
     return n.x * away + n.y * vec2(-away.y, away.x);
 }
 
-// Corner `index` of a strip of `corners` vertices that covers the ball's outline: the outline's tangents, moved outward.
+// Corner `index` of a strip of `corners` vertices that covers the ball's outline: the outline's tangents, moved
+// outward.
 vec4 polygon_corner(Ball b, View v, Rows rows, uint index, uint corners) {
     float depth = depth_of_ball(b);
     if (fills_picture(b, v)) {

@@ -82,7 +82,8 @@ float ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
 }
 
 // Normalised Blinn-Phong lobe without its Fresnel factor: (8 + s) / (8 pi) (n.h)^s (Mara, Luebke and McGuire 2013,
-// equation 6), with the exponent s = 2 / alpha^2 - 2 whose lobe has the width of GGX's (Walter et al. 2007, section 5.2).
+// equation 6), with the exponent s = 2 / alpha^2 - 2 whose lobe has the width of GGX's (Walter et al. 2007, section
+// 5.2).
 float blinn_phong_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
     float exponent = max(2.0 / (alpha * alpha) - 2.0, 0.0);
     float n_h = clamp(dot(n, normalize(wo + wi)), 0.0, 1.0);
@@ -101,8 +102,8 @@ bool is_glass(Surface s) {
     return max_component(s.transmission) > 0.0;
 }
 
-// The reflection of rough glass is followed together with its refraction, however rough: gathering it too would count it
-// twice.
+// The reflection of rough glass is followed together with its refraction, however rough: gathering it too would count
+// it twice.
 bool has_gathered_glossy(Surface s) {
     return s.alpha >= ALPHA_GATHER && !is_glass(s) && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
 }
@@ -120,7 +121,8 @@ vec3 gathered_bsdf(Surface s, vec3 wo, vec3 wi) {
     // The paper's model adds the lobes without taking from the diffuse one what the coat reflects.
     vec3 f = s.diffuse * (BLINN_PHONG ? vec3(1.0) : 1.0 - fresnel) / PI;
     if (has_gathered_glossy(s)) {
-        f += fresnel * (BLINN_PHONG ? blinn_phong_reflection(s.shading, wo, wi, s.alpha) : ggx_reflection(s.shading, wo, wi, s.alpha));
+        f += fresnel * (BLINN_PHONG ? blinn_phong_reflection(s.shading, wo, wi, s.alpha)
+            : ggx_reflection(s.shading, wo, wi, s.alpha));
     }
     return f;
 }
@@ -132,8 +134,8 @@ vec3 followed_bsdf(Surface s, vec3 wo, vec3 wi) {
     return fresnel_schlick(s.f0, s.f90, cosine) * ggx_reflection(s.shading, wo, wi, s.alpha);
 }
 
-// A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. `weight` is G2 / G1 of the later
-// direction's masking, to be multiplied with the Fresnel factor.
+// A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. `weight` is G2 / G1 of the
+// later direction's masking, to be multiplied with the Fresnel factor.
 vec3 sample_facet(Surface s, vec3 wo, vec2 u) {
     if (s.alpha < ALPHA_SMOOTH) return s.shading;
     vec3 t, b;

@@ -13,5 +13,6 @@ struct DispatchArgs {
 
 DispatchArgs dispatch_for(uint count, uint local_size) {
     uint groups = count / local_size + (count % local_size != 0u ? 1u : 0u);
-    return groups <= MOST_GROUPS ? DispatchArgs(groups, 1u, 1u) : DispatchArgs(GROUPS_OF_ROW, (groups + GROUPS_OF_ROW - 1u) / GROUPS_OF_ROW, 1u);
+    if (groups <= MOST_GROUPS) return DispatchArgs(groups, 1u, 1u);
+    return DispatchArgs(GROUPS_OF_ROW, (groups + GROUPS_OF_ROW - 1u) / GROUPS_OF_ROW, 1u);
 }

@@ -1,12 +1,14 @@
-// What all density estimators share: which photons count at an eye hit, and how much. An estimator decides which photons
-// it looks at, never what they are worth, so all of them give the same radiance (equation 1 of Fabianowski and Dingliana
-// 2009, equation 3 of Mara, Luebke and McGuire 2013).
+// What all density estimators share: which photons count at an eye hit, and how much. An estimator decides which
+// photons it looks at, never what they are worth, so all of them give the same radiance (equation 1 of Fabianowski and
+// Dingliana 2009, equation 3 of Mara, Luebke and McGuire 2013).
 //
 // The footprint is an ellipse in the photon's tangent plane with a slab of SLAB longer semiaxes around it. A point is
 // projected along the photon's normal; the kernel over the ellipse times |N_x . N_photon| integrates to one over any
-// surface that lies in the slab, which the first paper's cut ellipsoid does only for planes. At a boundary it is folded back.
+// surface that lies in the slab, which the first paper's cut ellipsoid does only for planes. At a boundary it is folded
+// back.
 //
-// Define ESTIMATE_TOGETHER where the lanes of a subgroup look at the same photons: those that no lane needs cost less then.
+// Define ESTIMATE_TOGETHER where the lanes of a subgroup look at the same photons: those that no lane needs cost less
+// then.
 
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;
@@ -37,7 +39,7 @@ Estimate estimate_nothing() {
 }
 
 // Weight of a photon at the squared relative radius r2 < 1, in units of the constant kernel's.
-float kernel_weight(float r2) {
+float radial_weight(float r2) {
     if (WEIGHT == WEIGHT_EPANECHNIKOV) return 2.0 * (1.0 - r2);
     if (WEIGHT == WEIGHT_CONE) {
         // min(c, 1 - s / r) over its integral c (c^2 / 3 - c + 1), c = 1/5 (Mara, Luebke and McGuire 2013, equation 3).
@@ -59,12 +61,12 @@ bool slab_holds(Photon p, float height) {
 
 // Weight of a photon at a place within its footprint, in units of the constant kernel's; 0 behind a boundary.
 float place_weight(Photon p, vec2 at) {
-    float weight = kernel_weight(min(dot(at, at), 1.0));
+    float weight = radial_weight(min(dot(at, at), 1.0));
     if ((p.c.w & FOLD) == 0u) return weight;
     vec2 image;
     bool hidden = fold_hides(p.c.w, at, image);
     float image2 = dot(image, image);
-    return hidden ? 0.0 : weight + (image2 < 1.0 ? kernel_weight(image2) : 0.0);
+    return hidden ? 0.0 : weight + (image2 < 1.0 ? radial_weight(image2) : 0.0);
 }
 
 void add_photon(inout Estimate sum, Photon p, Point x) {

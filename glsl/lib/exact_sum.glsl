@@ -1,6 +1,6 @@
 // Sums without rounding: 128-bit two's complement integers in units of 2^-64, least significant word first. Integer
-// addition is associative, so passes may be added in any order and in any grouping and give the same bits: what resuming
-// and merging rest on. The specification is src/film/exact.rs.
+// addition is associative, so passes may be added in any order and in any grouping and give the same bits: what
+// resuming and merging rest on. The specification is src/film/exact.rs.
 
 // Adds x, |x| <= EXACT_LARGEST and finite, rounded to a multiple of 2^-64, to `sum`.
 void exact_add(inout uvec4 sum, float x) {

@@ -1,10 +1,10 @@
 // The hash grid: in which cell a photon is filed, and the key of a cell.
 //
-// A photon is filed by its centre, at the level of its size: the half-extent of its footprint's box lies within a factor
-// of two below the level's radius (the last level takes the rest). A hit X has to see the photons of the level whose
-// centres lie in X +- radius. That none is missed rests on monotonicity alone: with p >= X - radius, rounding gives
-// p >= fl(X - radius), and multiplication by a common factor and floor keep the order, whatever they lose. So the cells
-// from floor((X - radius) scale) to floor((X + radius) scale) hold all of them, at any distance from the origin.
+// A photon is filed by its centre, at the level of its size: the half-extent of its footprint's box lies within a
+// factor of two below the level's radius (the last level takes the rest). A hit X has to see the photons of the level
+// whose centres lie in X +- radius. That none is missed rests on monotonicity alone: with p >= X - radius, rounding
+// gives p >= fl(X - radius), and multiplication by a common factor and floor keep the order, whatever they lose. So the
+// cells from floor((X - radius) scale) to floor((X + radius) scale) hold all of them, at any distance from the origin.
 
 // Bits of a cell's hash; fewer only to make tests meet cells that share one.
 layout(constant_id = 23) const uint HASH_BITS = 28;
@@ -25,8 +25,8 @@ struct HashLevel {
     float scale;  // cells per unit of length; 0 if the whole level is one cell
 };
 
-// Coordinates along an axis as 20 bits: wrapped, and mixed with what wrapping takes away, so that far places do not share
-// cells systematically. `cell` is whole; every step is exact, or a mix of bits.
+// Coordinates along an axis as 20 bits: wrapped, and mixed with what wrapping takes away, so that far places do not
+// share cells systematically. `cell` is whole; every step is exact, or a mix of bits.
 uint hash_coordinate(float cell) {
     precise float high = floor(cell * 9.5367431640625e-7); // 2^-20
     precise float wrapped = cell - high * 1048576.0;
@@ -63,8 +63,8 @@ uint hash_wide(uvec2 k) {
     return k.x;
 }
 
-// What photons are sorted by and the table is searched for: the level, and the hash of the cell, a 64-bit word of level and
-// coordinates. Cells of one level may share a key, which costs tests and nothing else; no two levels do.
+// What photons are sorted by and the table is searched for: the level, and the hash of the cell, a 64-bit word of level
+// and coordinates. Cells of one level may share a key, which costs tests and nothing else; no two levels do.
 uint hash_key(uint level, uvec3 c) {
     uvec2 cell = uvec2(c.x | c.y << 20, c.y >> 12 | c.z << 8 | level << 28);
     uint hash = hash_wide(cell) & ((1u << HASH_BITS) - 1u);

@@ -30,9 +30,9 @@ vec3 to_major_axis(vec3 v, bvec2 major) {
 //
 // The padding of the slab origins: let r be the largest distance, along an axis, from the origin to a corner of the
 // scene. A sheared vertex is wrong by at most 2u |A.xy| + (3 + d)u |A.z| where d u is the error of a division (Vulkan
-// allows 2.5 ulp, d = 5): 10 u r. The slab distances are wrong by (2 + d)u relative, a shift of the plane by 7 u r. Their sum
-// stays below 2^-19 r = 32 u r; the second term covers the rounding of the moved origin itself. The padding also keeps
-// a zero direction component finite: a plane through the origin is never 0 * inf.
+// allows 2.5 ulp, d = 5): 10 u r. The slab distances are wrong by (2 + d)u relative, a shift of the plane by 7 u r.
+// Their sum stays below 2^-19 r = 32 u r; the second term covers the rounding of the moved origin itself. The padding
+// also keeps a zero direction component finite: a plane through the origin is never 0 * inf.
 RayFrame ray_frame(vec3 origin, vec3 direction, vec3 low, vec3 high) {
     RayFrame ray;
     ray.origin = origin;
@@ -70,8 +70,9 @@ vec2 upper_half(vec2 v) {
     return high;
 }
 
-// a.x b.y - a.y b.x to about an ulp, hence with the exact sign: rounded products and their rounding errors (Dekker 1971; written
-// out because a fused multiply-add is not fused everywhere). The upper halves of a and b come with them, each serves twice.
+// a.x b.y - a.y b.x to about an ulp, hence with the exact sign: rounded products and their rounding errors (Dekker
+// 1971; written out because a fused multiply-add is not fused everywhere). The upper halves of a and b come with them,
+// each serves twice.
 float edge_function(vec2 a, vec2 a_high, vec2 b, vec2 b_high) {
     precise vec2 product = a * b.yx;
     precise vec2 a_low = a - a_high;
@@ -124,15 +125,16 @@ vec3 triangle_point(vec3 v0, vec3 e1, vec3 e2, vec2 b) {
     return p;
 }
 
-// Origin for a ray that leaves the point `p` of a triangle with edges e1, e2 along `direction`: the point, moved off the
-// triangle to the side that the direction points to, by the error bound of the point and of the next intersection.
+// Origin for a ray that leaves the point `p` of a triangle with edges e1, e2 along `direction`: the point, moved off
+// the triangle to the side that the direction points to, by the error bound of the point and of the next intersection.
 //
-// Let m be the largest extent of the edges. The computed point is off the plane by at most u |p| + 4u m along each axis, the
-// sum below rounds once more, u |p|, and the distance that intersect_triangle finds is wrong by a few u m. The bound
-// 4u |p| + 16u m covers all of it; its projection on the normal is the step (Pharr, Jakob and Humphreys, PBR 4th edition,
+// Let m be the largest extent of the edges. The computed point is off the plane by at most u |p| + 4u m along each
+// axis, the sum below rounds once more, u |p|, and the distance that intersect_triangle finds is wrong by a few u m.
+// The bound 4u |p| + 16u m covers all of it; its projection on the normal is the step (Pharr, Jakob and Humphreys, PBR
+// 4th edition,
 // 6.8.6). The normal of a needle is wrong by up to 11u over its aspect; a direction so close to the plane that its side
-// is unsure may cross the plane within the triangle, which the step must then exceed too. Exact under scaling by powers of
-// two.
+// is unsure may cross the plane within the triangle, which the step must then exceed too. Exact under scaling by powers
+// of two.
 vec3 offset_point(vec3 p, vec3 e1, vec3 e2, vec3 direction) {
     precise float m = max(largest(abs(e1)), largest(abs(e2)));
     precise vec3 f1 = e1 / m; // so that the product of edges does not underflow

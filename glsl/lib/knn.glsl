@@ -1,8 +1,8 @@
-// The k nearest photons of each class (Jensen 2001, "Realistic Image Synthesis Using Photon Mapping", chapter 7: two maps,
-// searched apart). Candidates are the photons whose own footprint holds the point, so its longest radius is the search
-// limit. With at most k of them, each counts within its own footprint. With more, the k nearest count within the disc whose
-// radius is the distance to the next one: k photons in the disc of the (k + 1)-th estimate a uniform density without bias,
-// k in the disc of the k-th itself overestimate it by k / (k - 1) (Loftsgaarden and Quesenberry 1965).
+// The k nearest photons of each class (Jensen 2001, "Realistic Image Synthesis Using Photon Mapping", chapter 7: two
+// maps, searched apart). Candidates are the photons whose own footprint holds the point, so its longest radius is the
+// search limit. With at most k of them, each counts within its own footprint. With more, the k nearest count within the
+// disc whose radius is the distance to the next one: k photons in the disc of the (k + 1)-th estimate a uniform density
+// without bias, k in the disc of the k-th itself overestimate it by k / (k - 1) (Loftsgaarden and Quesenberry 1965).
 //
 // Photons are ordered by squared distance, in single precision without contraction, and then by deposit index.
 
@@ -54,7 +54,7 @@ void add_neighbour(inout Estimate sum, Photon p, Point x, float disc2) {
         density = abs(uintBitsToFloat(p.d.w)) * facing * place_weight(p, relative_place(p, offset));
     } else {
         float r2 = max(disc2, sqr(KNN_LEAST_RADIUS * longer_semiaxis(p)));
-        density = kernel_weight(min(distance2(offset) / r2, 1.0)) / (PI * r2);
+        density = radial_weight(min(distance2(offset) / r2, 1.0)) / (PI * r2);
     }
     vec3 light = photon_light(p, x, density);
     if (COUNT_PAIRS) sum.accepted += 1.0;

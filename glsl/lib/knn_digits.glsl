@@ -1,5 +1,5 @@
-// Selection of the (k + 1)-th candidate by the digits of its order key, most significant first. A key has two words, the
-// bits of the squared distance (ordered as integers, because it is not negative) and the deposit index.
+// Selection of the (k + 1)-th candidate by the digits of its order key, most significant first. A key has two words,
+// the bits of the squared distance (ordered as integers, because it is not negative) and the deposit index.
 
 struct KnnKey {
     uint high;      // digits chosen so far

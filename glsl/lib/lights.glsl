@@ -42,7 +42,8 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         float cosine = -dot(normal, s.to_light);
         // On the light's own error bound towards the receiver, so that the shadow ray ends before the light.
         s.target = offset_point(p, e1, e2, -s.to_light);
-        s.weight = cosine > 0.0 ? emission_at(l.triangle, b) * (cosine * (l.area / distance) / (distance * l.probability)) : vec3(0.0);
+        float share = cosine * (l.area / distance) / (distance * l.probability);
+        s.weight = cosine > 0.0 ? emission_at(l.triangle, b) * share : vec3(0.0);
         s.density = cosine > 0.0 ? l.probability * (distance / l.area) * (distance / cosine) : 0.0;
         s.delta = false;
     } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {

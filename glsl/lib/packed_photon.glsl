@@ -1,8 +1,9 @@
 // Photon records of 20 bytes, and of 12 bytes relative to a box (after Mara, Luebke and McGuire 2013, section 4).
 //
-// What is lost: the ellipse becomes the disc of the same area, its radius one of 128 (256) steps between the smallest and
-// the largest of the pass, flux has 8 bits a channel below a shared exponent, the direction 7 bits an octahedral axis, the
-// normal 5, and in 12 bytes the position 10 bits an axis of the box. Half a step is the largest error of each.
+// What is lost: the ellipse becomes the disc of the same area, its radius one of 128 (256) steps between the smallest
+// and the largest of the pass, flux has 8 bits a channel below a shared exponent, the direction 7 bits an octahedral
+// axis, the normal 5, and in 12 bytes the position 10 bits an axis of the box. Half a step is the largest error of
+// each.
 //   20 bytes: position; flux; direction, normal, radius, class
 //   12 bytes: position and class; flux; direction, normal, radius
 
@@ -97,13 +98,15 @@ Packed20 pack20(Photon p, RadiusRange range) {
 Photon unpack20(uvec3 position, uint power, uint look, RadiusRange range) {
     float radius = radius_decode((look >> 24) & 127u, range, 128u);
     vec3 direction = oct_small_decode(look, 7u), normal = oct_small_decode(look >> 14, 5u);
-    return disc_photon(uintBitsToFloat(position), normal, radius, rgbe_decode(power), direction, (look & 0x80000000u) != 0u);
+    bool caustic = (look & 0x80000000u) != 0u;
+    return disc_photon(uintBitsToFloat(position), normal, radius, rgbe_decode(power), direction, caustic);
 }
 
 // Steps of a position along each axis of its box, in 12 bytes.
 const float PLACE_STEPS = 1023.0;
 
-// Photons of a tile lie around its hits, no further away along any axis than their footprint reaches: a cylinder of height 2 SLAB.
+// Photons of a tile lie around its hits, no further away along any axis than their footprint reaches: a cylinder of
+// height 2 SLAB.
 const float DISC_REACH = 1.12; // sqrt(1 + SLAB^2) = 1.118
 
 // The box that places of a tile's photons of this radius are relative to, from the box around its hits.

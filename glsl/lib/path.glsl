@@ -1,9 +1,9 @@
 // What path tracing keeps of a path, in places that the photon method leaves empty:
-//   rays[2 slot].w      distance from the last surface where it was scattered by gathered lobes, masks passed on the way
+//   rays[2 slot].w      distance from the last surface where gathered lobes scattered it, past masks on the way
 //   rays[2 slot + 1].w  density [1/sr] of its direction if gathered lobes drew it, else 0
 //   radiance[slot].w    tag of a hit to gather at, else 0
-// A pixel has one path slot. Light is kept in three layers of the film: radiance[slot] is the direct one, the others follow
-// those of all pixels in pairs.
+// A pixel has one path slot. Light is kept in three layers of the film: radiance[slot] is the direct one, the others
+// follow those of all pixels in pairs.
 
 const uint LAYER_DIRECT = 0u;
 const uint LAYER_CAUSTIC = 1u;
@@ -16,7 +16,8 @@ uint path_place(uint slot, uint layer, uint pixels) {
     return layer == LAYER_DIRECT ? slot : pixels + 2u * slot + layer - LAYER_CAUSTIC;
 }
 
-// Layer of an emitter that the path meets. What gathered lobes find is the other half of a light sample at their surface.
+// Layer of an emitter that the path meets. What gathered lobes find is the other half of a light sample at their
+// surface.
 uint path_layer(uint state, bool drawn_by_gathered) {
     if ((state & PATH_DIFFUSE) == 0u) return LAYER_DIRECT;
     if ((state & PATH_DIFFUSE_AGAIN) != 0u) return LAYER_INDIRECT;

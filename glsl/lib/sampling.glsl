@@ -1,5 +1,7 @@
 // Random and low-discrepancy numbers: everything is a hash of (seed, pass, index, dimension), never of time or order.
 
+#include "lib/salts.glsl"
+
 uint hash(uint x) { // "lowbias32" constants by C. Wellons' search of 2018
     x ^= x >> 16;
     x *= 0x7feb352du;
@@ -67,7 +69,8 @@ vec3 uniform_sphere(vec2 u) { // pdf 1 / (4 pi)
     return vec3(r * cos(phi), r * sin(phi), z);
 }
 
-// Uniform in the cone of half angle acos(1 - one_minus_cos) around +z; stable for narrow cones. pdf 1 / (2 pi one_minus_cos)
+// Uniform in the cone of half angle acos(1 - one_minus_cos) around +z; stable for narrow cones. pdf 1 / (2 pi
+// one_minus_cos)
 vec3 uniform_cone(vec2 u, float one_minus_cos) {
     float h = u.x * one_minus_cos;
     float r = sqrt(max(0.0, h * (2.0 - h)));

@@ -22,6 +22,13 @@ Reflection sample_reflection(Surface s, vec3 d, vec2 u, bool glass, float eta) {
     return r;
 }
 
+// Refraction about a sampled facet: its direction, of unit length up to rounding; false where all is reflected.
+bool refract_at(vec3 facet, float cosine, vec3 d, float eta, out vec3 direction) {
+    float k = 1.0 - eta * eta * (1.0 - cosine * cosine);
+    direction = k > 0.0 ? eta * d + (eta * cosine - sqrt(k)) * facet : d;
+    return k > 0.0;
+}
+
 // Density [1/sr] of the reflection about a sampled facet; infinite for smooth surfaces.
 float lobe_density(Surface s, vec3 wo, vec3 facet) {
     if (s.alpha < ALPHA_SMOOTH) return INFINITY;
@@ -30,9 +37,9 @@ float lobe_density(Surface s, vec3 wo, vec3 facet) {
     return ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
 }
 
-// Probability with which the diffuse lobe is worth drawing: its albedo under the coat for a direction along the normal. By
-// the incoming angle the coat would be opaque at grazing angles, where it is not for the directions that follow, and the
-// few survivors would carry many times the flux.
+// Probability with which the diffuse lobe is worth drawing: its albedo under the coat for a direction along the normal.
+// By the incoming angle the coat would be opaque at grazing angles, where it is not for the directions that follow, and
+// the few survivors would carry many times the flux.
 float diffuse_chance(Surface s, vec3 d) {
     float half_cosine = sqrt(0.5 + 0.5 * clamp(-dot(s.shading, d), 0.0, 1.0));
     return max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, half_cosine)));
@@ -47,7 +54,8 @@ vec3 sample_diffuse(Surface s, vec3 d, vec2 u, out vec3 weight) {
     return direction;
 }
 
-// Factor on chances that sum to `total`. With `absorb` what is missing to one ends the path, else one lobe is always drawn.
+// Factor on chances that sum to `total`. With `absorb` what is missing to one ends the path, else one lobe is always
+// drawn.
 float chance_norm(float total, bool absorb) {
     return total > 1.0 || (!absorb && total > 0.0) ? 1.0 / total : 1.0;
 }
@@ -85,7 +93,8 @@ Gathered sample_gathered(Surface s, vec3 d, float choice, vec2 u, bool absorb) {
 }
 
 // Density [1/sr] with which sample_gathered draws a direction, lobe by lobe with the chances that this direction would
-// have met. It only balances samples of lobes against samples of lights: as both ask this function, any one is unbiased.
+// have met. It only balances samples of lobes against samples of lights: as both ask this function, any one is
+// unbiased.
 float gathered_density(Surface s, vec3 wo, vec3 wi, bool absorb) {
     float p_diffuse = diffuse_chance(s, -wo), p_reflect = 0.0, density = 0.0;
     if (GLOSSY && has_gathered_glossy(s)) {

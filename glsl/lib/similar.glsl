@@ -1,13 +1,14 @@
-// Which eye hits may lend light to each other, and which pixel of a block is estimated in a pass: what the sampling modes of
-// Mara, Luebke and McGuire 2013 (section 2.3.2) need. Their guides, depth and normal, are taken in world space, so that hits behind
-// mirrors and glass are compared where they are and not where they are seen.
+// Which eye hits may lend light to each other, and which pixel of a block is estimated in a pass: what the sampling
+// modes of Mara, Luebke and McGuire 2013 (section 2.3.2) need. Their guides, depth and normal, are taken in world
+// space, so that hits behind mirrors and glass are compared where they are and not where they are seen.
 //
 // Include shared/scene.glsl, shared/photon.glsl and lib/sampling.glsl before.
 
 // Reflectances below this lend no light: it could not be told from rounding.
 const float LENDS = 1e-20;
 
-// Light that leaves a Lambert surface is its arriving light times the hit's factor; that of others depends on the direction.
+// Light that leaves a Lambert surface is its arriving light times the hit's factor; that of others depends on the
+// direction.
 bool lambert_hit(EyeHit hit) {
     return hit.d.y == 0u && hit.d.z == 0u;
 }
@@ -19,8 +20,8 @@ float pixel_width(vec3 position, Camera c) {
     return max(at_one * (c.orthographic != 0u ? 1.0 : distance(position, c.position)), 1e-30);
 }
 
-// Weight in [0, 1] of the light at y for x, `apart` pixels away: 0 where their planes are a pixel apart, their normals differ by
-// more than 26 degrees (cosine 0.9), or they are farther from each other than pixels on one plane can be.
+// Weight in [0, 1] of the light at y for x, `apart` pixels away: 0 where their planes are a pixel apart, their normals
+// differ by more than 26 degrees (cosine 0.9), or they are farther from each other than pixels on one plane can be.
 float similarity(EyeHit x, EyeHit y, float apart, Camera c) {
     vec3 position = uintBitsToFloat(x.a.xyz);
     vec3 offset = uintBitsToFloat(y.a.xyz) - position;
@@ -33,8 +34,8 @@ float similarity(EyeHit x, EyeHit y, float apart, Camera c) {
     return clamp(1.0 - height / width, 0.0, 1.0) * clamp((facing - 0.9) * 10.0, 0.0, 1.0);
 }
 
-// Place in its block of k x k pixels of the pixel that is estimated in this pass. `jump` has no divisor in common with k^2: any
-// k^2 passes that begin at a multiple of k^2 use each place once, far from the one before.
+// Place in its block of k x k pixels of the pixel that is estimated in this pass. `jump` has no divisor in common with
+// k^2: any k^2 passes that begin at a multiple of k^2 use each place once, far from the one before.
 uvec2 chosen_place(Pass pass, uint k, uint jump) {
     uint cells = k * k;
     uint cell = ((pass.index % cells) * jump + hash2(pass.seed, pass.index / cells) % cells) % cells;

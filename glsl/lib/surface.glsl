@@ -2,10 +2,10 @@
 
 #include "lib/hit.glsl"
 
-// What differentials need beyond the Surface.
-struct Facet {
-    vec3 normal;   // interpolated, not normalised, towards the incoming ray
-    vec3 dn1;
+// The interpolated normal of a triangle and how it changes, which differentials need beyond the Surface.
+struct InterpolatedNormal {
+    vec3 normal; // not normalised, towards the incoming ray
+    vec3 dn1;    // differences along the edges e1 and e2 of the Surface
     vec3 dn2;
 };
 
@@ -50,12 +50,14 @@ vec2 interpolate_uv1(uint at, vec3 b) {
 
 vec4 interpolate_color(uint at, vec3 b) {
     if (COLOR_AT == 0u) return vec4(1.0);
-    return shading_data[at + COLOR_AT] * b.x + shading_data[at + COLOR_AT + 1u] * b.y + shading_data[at + COLOR_AT + 2u] * b.z;
+    uint c = at + COLOR_AT;
+    return shading_data[c] * b.x + shading_data[c + 1u] * b.y + shading_data[c + 2u] * b.z;
 }
 
 vec4 interpolate_tangent(uint at, vec3 b) {
     if (TANGENT_AT == 0u) return vec4(1.0, 0.0, 0.0, 1.0);
-    return shading_data[at + TANGENT_AT] * b.x + shading_data[at + TANGENT_AT + 1u] * b.y + shading_data[at + TANGENT_AT + 2u] * b.z;
+    uint t = at + TANGENT_AT;
+    return shading_data[t] * b.x + shading_data[t + 1u] * b.y + shading_data[t + 2u] * b.z;
 }
 
 vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
@@ -70,7 +72,8 @@ bool alpha_accepts(uint triangle, vec2 barycentrics) {
     uint at = triangle * SHADING_STRIDE;
     vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
     float alpha = m.base_alpha * interpolate_color(at, b).a;
-    return alpha * texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).a >= m.alpha_cutoff;
+    vec4 texel = texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b));
+    return alpha * texel.a >= m.alpha_cutoff;
 }
 
 // Emitted radiance of the front side at a point of a triangle.
@@ -155,7 +158,7 @@ void apply_material(inout Surface s, Material m, vec4 color, MaterialTexels x) {
     s.absorption = ABSORPTION ? m.absorption : vec3(0.0);
 }
 
-Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
+Surface load_surface(Hit hit, vec3 direction, out InterpolatedNormal interpolated) {
     BvhTriangle corners = triangles[hit.triangle];
     vec4 w0 = corners.v0, w1 = corners.v1, w2 = corners.v2;
     vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
@@ -170,18 +173,18 @@ Surface load_surface(Hit hit, vec3 direction, out Facet facet) {
     s.geometric = side * normal;
     uint at = hit.triangle * SHADING_STRIDE;
     s.shading = s.geometric;
-    facet.normal = s.geometric;
-    facet.dn1 = vec3(0.0);
-    facet.dn2 = vec3(0.0);
+    interpolated.normal = s.geometric;
+    interpolated.dn1 = vec3(0.0);
+    interpolated.dn2 = vec3(0.0);
     vec2 uv0 = interpolate_uv0(at, b), uv1 = interpolate_uv1(at, b);
     Material m = materials[s.material];
     MaterialTexels texels_here = material_texels(m, uv0, uv1);
     if (SMOOTH_NORMALS) {
         vec3 n0 = shading_data[at].xyz, n1 = shading_data[at + 1u].xyz, n2 = shading_data[at + 2u].xyz;
-        facet.normal = side * (b.x * n0 + b.y * n1 + b.z * n2);
-        facet.dn1 = side * (n1 - n0);
-        facet.dn2 = side * (n2 - n0);
-        s.shading = unit_or(facet.normal, s.geometric);
+        interpolated.normal = side * (b.x * n0 + b.y * n1 + b.z * n2);
+        interpolated.dn1 = side * (n1 - n0);
+        interpolated.dn2 = side * (n2 - n0);
+        s.shading = unit_or(interpolated.normal, s.geometric);
         if (NORMAL_MAPS && m.normal_texture != NO_TEXTURE) apply_normal_map(s, m, at, b, texels_here.normal.xyz);
         // A direction below the shading horizon sees the geometric surface.
         if (dot(s.shading, direction) > -1e-4) s.shading = s.geometric;

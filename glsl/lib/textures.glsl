@@ -25,7 +25,8 @@ vec4 sample_texture(uint use, vec2 uv0, vec2 uv1) {
     vec3 uv = vec3((t.flags & TEXTURE_UV1) != 0u ? uv1 : uv0, 1.0);
     vec2 p = vec2(dot(t.row_u, uv), dot(t.row_v, uv));
     // Whole turns carry no information; dropping them keeps the conversion to integers in range.
-    p -= vec2((t.flags & WRAP_MASK) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.x), ((t.flags >> WRAP_V_SHIFT) & WRAP_MASK) == WRAP_CLAMP ? 0.0 : 2.0 * floor(0.5 * p.y));
+    bool clamp_u = (t.flags & WRAP_MASK) == WRAP_CLAMP, clamp_v = ((t.flags >> WRAP_V_SHIFT) & WRAP_MASK) == WRAP_CLAMP;
+    p -= vec2(clamp_u ? 0.0 : 2.0 * floor(0.5 * p.x), clamp_v ? 0.0 : 2.0 * floor(0.5 * p.y));
     p = clamp(p, vec2(-4.0), vec2(4.0)) * vec2(t.width, t.height);
     bool linear = (t.flags & TEXTURE_LINEAR) != 0u;
     p -= linear ? 0.5 : 0.0;

@@ -1,9 +1,11 @@
-// Tiles of the image: squares of 2^TILE_SHIFT pixels, and above them levels of tiles of twice the side, up to one that is the whole
-// band. A tile is known by what its eye hits span, never by the rays that found them: right for jitter and lenses too.
+// Tiles of the image: squares of 2^TILE_SHIFT pixels, and above them levels of tiles of twice the side, up to one that
+// is the whole band. A tile is known by what its eye hits span, never by the rays that found them: right for jitter and
+// lenses too.
 
 layout(constant_id = 22) const uint TILE_SHIFT = 3;
 
-/// Vectors of a tile's bounds: smallest corner and depth, largest corner and depth, window in pixels, normals from and to.
+/// Vectors of a tile's bounds: smallest corner and depth, largest corner and depth, window in pixels, normals from and
+/// to.
 const uint TILE_VECTORS = 5u;
 
 struct Tile {
@@ -19,11 +21,14 @@ Tile tile_of_nothing() {
 
 Tile tile_union(Tile a, Tile b) {
     vec4 window = vec4(min(a.window.xy, b.window.xy), max(a.window.zw, b.window.zw));
-    return Tile(min(a.low, b.low), max(a.high, b.high), window, min(a.normal_low, b.normal_low), max(a.normal_high, b.normal_high));
+    vec4 normal_low = min(a.normal_low, b.normal_low), normal_high = max(a.normal_high, b.normal_high);
+    return Tile(min(a.low, b.low), max(a.high, b.high), window, normal_low, normal_high);
 }
 
 // Reading and writing tile T of an array of vec4.
-#define TILE_LOAD(A, T) Tile(A[TILE_VECTORS * (T)], A[TILE_VECTORS * (T) + 1u], A[TILE_VECTORS * (T) + 2u], A[TILE_VECTORS * (T) + 3u], A[TILE_VECTORS * (T) + 4u])
+#define TILE_LOAD(A, T)                                                                    \
+    Tile(A[TILE_VECTORS * (T)], A[TILE_VECTORS * (T) + 1u], A[TILE_VECTORS * (T) + 2u], \
+        A[TILE_VECTORS * (T) + 3u], A[TILE_VECTORS * (T) + 4u])
 #define TILE_STORE(A, T, V)                     \
     A[TILE_VECTORS * (T)] = (V).low;              \
     A[TILE_VECTORS * (T) + 1u] = (V).high;        \

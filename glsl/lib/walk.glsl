@@ -13,7 +13,8 @@
 layout(constant_id = 30) const uint WALK_STRIDE = 1;    // k^2
 layout(constant_id = 31) const bool WALK_RATIO = false; // scale by listed / visited instead of by STRIDE
 
-/// Neighbouring hits that draw the same numbers: they visit the same photons of the lists that they share, so that loads
+/// Neighbouring hits that draw the same numbers: they visit the same photons of the lists that they share, so that
+/// loads
 // are uniform where the lanes of a subgroup work together. Each hit for itself is as random as with numbers of its own.
 const uint WALK_TOGETHER = 8u;
 
@@ -24,8 +25,8 @@ struct Walk {
     uint visited; // of them
 };
 
-// Photons between one that is visited and the next: floor(ln(1 - u) / ln(1 - 1 / STRIDE)) for u uniform in [0, 1), at most
-// 4300 for STRIDE = 256, because u has 24 bits.
+// Photons between one that is visited and the next: floor(ln(1 - u) / ln(1 - 1 / STRIDE)) for u uniform in [0, 1), at
+// most 4300 for STRIDE = 256, because u has 24 bits.
 uint walk_gap(inout Walk walk) {
     walk.random = hash(walk.random + 0x9e3779b9u);
     return uint(log2(1.0 - unit_float(walk.random)) / log2(1.0 - 1.0 / float(WALK_STRIDE)));
@@ -35,7 +36,7 @@ uint walk_gap(inout Walk walk) {
 Walk walk_start(Pass pass, uint place, uint part) {
     Walk walk = Walk(0u, 0u, 0u, 0u);
     if (WALK_STRIDE == 1u) return walk;
-    walk.random = hash2(hash2(pass.seed, pass.index ^ 0x57a1cu), hash2(place / WALK_TOGETHER, part));
+    walk.random = hash2(hash2(pass.seed, pass.index ^ SALT_WALK), hash2(place / WALK_TOGETHER, part));
     walk.skip = walk_gap(walk);
     return walk;
 }
@@ -66,8 +67,9 @@ bool walk_tries(Walk walk, uint i) {
     return WALK_STRIDE == 1u || unit_float(hash2(walk.random, i)) * float(WALK_STRIDE) < 1.0;
 }
 
-// Factor on the sums. STRIDE is unbiased. The paper's ratio is the same in the mean wherever a photon was visited at all, and
-// steadier; but lists of n photons lose the share (1 - 1 / STRIDE)^n of their light, because nothing may be visited.
+// Factor on the sums. STRIDE is unbiased. The paper's ratio is the same in the mean wherever a photon was visited at
+// all, and steadier; but lists of n photons lose the share (1 - 1 / STRIDE)^n of their light, because nothing may be
+// visited.
 float walk_scale(Walk walk) {
     if (WALK_STRIDE == 1u) return 1.0;
     if (!WALK_RATIO) return float(WALK_STRIDE);

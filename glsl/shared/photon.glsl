@@ -1,5 +1,5 @@
-// Stored photons, eye hits, path states. Words are integers that carry float bits, not the other way round: integer loads and
-// stores never quiet a NaN pattern or flush a denormal one.
+// Stored photons, eye hits, path states. Words are integers that carry float bits, not the other way round: integer
+// loads and stores never quiet a NaN pattern or flush a denormal one.
 
 #include "shared/aabb.glsl"
 
@@ -50,7 +50,8 @@ float inverse_longer2(Photon p) {
 }
 
 // Eye hit, 64 bytes, one per path slot.
-//   a: position, octahedral geometric normal           b: throughput times diffuse reflectance over pi, octahedral shading normal
+//   a: position, octahedral geometric normal
+//   b: throughput times diffuse reflectance over pi, octahedral shading normal
 //   c: throughput, GGX alpha (negative: glass)
 //   d: octahedral direction to the eye, F0 and F90 as halves, triangle and EYE_HIT_BENT
 struct EyeHit {

@@ -1,4 +1,5 @@
-// The colour of a square times two factors; beside it where the fragment is, how large its square, and a 1 to be counted.
+// The colour of a square times two factors; beside it where the fragment is, how large its square, and a 1 to be
+// counted.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

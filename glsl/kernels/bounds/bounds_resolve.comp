@@ -1,5 +1,5 @@
-// From sums by place in the picture to gathered light by slot, for the listed eye hits; what all photons of a hit have in
-// common is multiplied here.
+// From sums by place in the picture to gathered light by slot, for the listed eye hits; what all photons of a hit have
+// in common is multiplied here.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -10,8 +10,9 @@ layout(local_size_x = 256) in;
 #include "shared/bvh.glsl"
 #include "lib/lbvh.glsl"
 
-// Lavapipe of Mesa 22.3.6 takes a memory barrier for a control barrier, and a control barrier that some invocations do not
-// reach ends the others' loops. Its atomics are sequentially consistent by themselves, so there the barriers are left out.
+// Lavapipe of Mesa 22.3.6 takes a memory barrier for a control barrier, and a control barrier that some invocations do
+// not reach ends the others' loops. Its atomics are sequentially consistent by themselves, so there the barriers are
+// left out.
 layout(constant_id = 0) const bool FENCES = true;
 layout(push_constant, scalar) uniform Params { uint capacity; } params;
 layout(set = 0, binding = 0, scalar) readonly buffer Counts { uint counts[]; };

@@ -1,8 +1,8 @@
 // Children of every inner node, and every child's link to its parent (Karras 2012, "Maximizing parallelism in the
 // construction of BVHs, octrees, and k-d trees", section 4). Node i starts or ends at item i; node 0 is the root.
 //
-// A child with at most LEAF_ITEMS items becomes a leaf as a whole. The nodes inside of it are made all the same, because
-// its box grows through them; `kept` says which nodes the finished tree needs.
+// A child with at most LEAF_ITEMS items becomes a leaf as a whole. The nodes inside of it are made all the same,
+// because its box grows through them; `kept` says which nodes the finished tree needs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -32,7 +32,8 @@ int common_prefix(int a, int b, int n) {
     return x != 0u ? 31 - findMSB(x) : 63 - findMSB(uint(a ^ b));
 }
 
-// The other end of node i's items: in the direction of the longer prefix, as far as it is longer than on the other side.
+// The other end of node i's items: in the direction of the longer prefix, as far as it is longer than on the other
+// side.
 int other_end(int i, int n, out int direction) {
     direction = common_prefix(i, i + 1, n) > common_prefix(i, i - 1, n) ? 1 : -1;
     int outside = common_prefix(i, i - direction, n);
@@ -57,8 +58,8 @@ int split_of(int first, int last, int n) {
     return first + reach;
 }
 
-// Reference to the items first to last as a child, and the child's link to its parent. Inside of a leaf no references are
-// followed, and no item but the leaf's last may be marked.
+// Reference to the items first to last as a child, and the child's link to its parent. Inside of a leaf no references
+// are followed, and no item but the leaf's last may be marked.
 uint make_child(uint first, uint last, uint node, uint parent, uint side, bool inside) {
     links[first == last ? first : params.capacity + node] = lbvh_link(parent, side);
     uint count = last - first + 1u;

@@ -1,5 +1,5 @@
-// Direct light at the eye hits: LIGHT_SAMPLES lights chosen by power, a shadow ray for each. Glass casts full shadows here;
-// the light that it lets through arrives as caustic photons.
+// Direct light at the eye hits: LIGHT_SAMPLES lights chosen by power, a shadow ray for each. Glass casts full shadows
+// here; the light that it lets through arrives as caustic photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -65,9 +65,11 @@ void main() {
     EyeHit hit = eye_hits[slot];
     vec3 to_eye, through;
     Surface s = surface_of(hit, to_eye, through);
-    uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ 0x5bd1e995u);
+    uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ SALT_DIRECT_LIGHT);
     if (PATH) key = hash2(key, depth);
     vec3 sum = vec3(0.0);
-    [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) sum += sample_direct(hit, s, to_eye, through, key, k, depth);
+    [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) {
+        sum += sample_direct(hit, s, to_eye, through, key, k, depth);
+    }
     radiance[place].xyz += sum / float(LIGHT_SAMPLES);
 }

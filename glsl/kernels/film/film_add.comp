@@ -1,6 +1,6 @@
-// Adds a pass to the film: per pixel the sum over its path slots, as exact sums (lib/exact_sum.glsl) of the value, of its
-// square, and of the value times the squared footprint scale of the pass, from which the bias is estimated.
-// Values that are not finite count as zero and those beyond the range are cut; both are tallied.
+// Adds a pass to the film: per pixel the sum over its path slots, as exact sums (lib/exact_sum.glsl) of the value, of
+// its square, and of the value times the squared footprint scale of the pass, from which the bias is estimated. Values
+// that are not finite count as zero and those beyond the range are cut; both are tallied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

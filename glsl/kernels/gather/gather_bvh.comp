@@ -1,5 +1,5 @@
-// Density estimation at the eye hits from the photon BVH (Fabianowski and Dingliana 2009, section 6): every photon whose
-// box holds the point is tested.
+// Density estimation at the eye hits from the photon BVH (Fabianowski and Dingliana 2009, section 6): every photon
+// whose box holds the point is tested.
 //
 // The lanes of a subgroup are neighbouring pixels: they walk the tree together, into every node that any of them needs,
 // so that control flow and loads are uniform. Each lane still adds its photons in the order of the leaves.

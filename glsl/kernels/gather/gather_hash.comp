@@ -1,9 +1,9 @@
 // Density estimation at the eye hits from the hash grid (the "HashGrid" of Mara, Luebke and McGuire 2013, with levels):
 // of each level in use every photon is tested that is filed where one may reach the point.
 //
-// The lanes of a subgroup are neighbouring pixels: they visit every run of photons that any of them needs, together and in
-// ascending order of its key, so that control flow and loads are uniform, no lane meets a run twice even if several of
-// its cells share it, and each lane adds its photons in an order that depends on nothing else.
+// The lanes of a subgroup are neighbouring pixels: they visit every run of photons that any of them needs, together and
+// in ascending order of its key, so that control flow and loads are uniform, no lane meets a run twice even if several
+// of its cells share it, and each lane adds its photons in an order that depends on nothing else.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -35,7 +35,7 @@ layout(set = 0, binding = 22, scalar) readonly buffer Table { HashSlot table[]; 
 layout(set = 0, binding = 23, scalar) readonly buffer Ends { uint ends[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer Photons { Photon photons[]; };
 layout(set = 0, binding = 26, scalar) readonly buffer Records { uint records[]; }; // instead of photons, if RECORD
-layout(set = 0, binding = 27, scalar) readonly buffer Checks { uint checks[]; };   // of the photons' cells, if RECORD is 12
+layout(set = 0, binding = 27, scalar) readonly buffer Checks { uint checks[]; }; // of cells, if RECORD is 12
 layout(set = 0, binding = 28, scalar) readonly buffer Ranges { RadiusRange ranges[]; };
 layout(set = 0, binding = 25, scalar) writeonly buffer Gathered { vec4 gathered[]; };
 
@@ -62,7 +62,8 @@ Reach reach_of(uint level, vec3 position, bool anything) {
     HashLevel of = levels[level];
     precise vec3 low = (position - of.radius) * of.scale, high = (position + of.radius) * of.scale;
     Reach r = Reach(level, floor(low), floor(high), of.scale > 0.0 ? of.radius : INFINITY, false);
-    // Neighbours or the same: in exact arithmetic always, and in floats up to 2^15 cells from the origin, where all are if RECORD is 12.
+    // Neighbours or the same: in exact arithmetic always, and in floats up to 2^15 cells from the origin, where all are
+    // if RECORD is 12.
     r.more = anything && any(greaterThan(r.high - r.low, vec3(1.0)));
     uvec3 a = hash_coordinates(r.low), b = hash_coordinates(r.high);
     for (uint k = 0u; k < 8u; ++k) {
@@ -71,7 +72,8 @@ Reach reach_of(uint level, vec3 position, bool anything) {
         if (RECORD == 12u) {
             corner_checks[k] = hash_check(c);
             // Each cell once: here photons are asked for by cell, not by key.
-            bvec3 twice = bvec3(r.low.x == r.high.x && (k & 1u) != 0u, r.low.y == r.high.y && (k & 2u) != 0u, r.low.z == r.high.z && (k & 4u) != 0u);
+            bvec3 one = equal(r.low, r.high), upper = bvec3((k & 1u) != 0u, (k & 2u) != 0u, (k & 4u) != 0u);
+            bvec3 twice = bvec3(one.x && upper.x, one.y && upper.y, one.z && upper.z);
             if (any(twice)) corner_keys[k] = HASH_NONE;
         }
     }
@@ -115,13 +117,15 @@ HashSlot find(uint key, inout uint steps) {
 
 vec3 position_of(uint i) {
     if (RECORD == 0u) return uintBitsToFloat(photons[i].a.xyz);
-    return uintBitsToFloat(uvec3(records[PACKED_WORDS * i], records[PACKED_WORDS * i + 1u], records[PACKED_WORDS * i + 2u]));
+    uint at = PACKED_WORDS * i;
+    return uintBitsToFloat(uvec3(records[at], records[at + 1u], records[at + 2u]));
 }
 
 Photon load_photon(uint i) {
     if (RECORD == 0u) return photons[i];
     uint at = PACKED_WORDS * i;
-    return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
+    uvec3 place = uvec3(records[at], records[at + 1u], records[at + 2u]);
+    return unpack20(place, records[at + 3u], records[at + 4u], ranges[0]);
 }
 
 // Adds the photons of a run.
@@ -134,8 +138,8 @@ void add_run(inout Estimate sum, inout Walk walk, Point x, Reach reach, uint fir
     }
 }
 
-// Adds the photons of a run that lie in this lane's cells with its key. Almost always a lane has one such cell at most; where two
-// share the key, all lanes go through the run twice.
+// Adds the photons of a run that lie in this lane's cells with its key. Almost always a lane has one such cell at most;
+// where two share the key, all lanes go through the run twice.
 void add_cells(inout Estimate sum, inout Walk walk, Point x, Reach reach, uint key, uint first, uint end) {
     uint mine = 0u;
     for (uint k = 0u; k < 8u; ++k) mine |= corner_keys[k] == key ? 1u << k : 0u;
@@ -154,7 +158,8 @@ void add_cells(inout Estimate sum, inout Walk walk, Point x, Reach reach, uint k
             vec3 place = place12(records[3u * i], cell.low, cell.size);
             vec3 offset = abs(x.s.position - place);
             if (subgroupAny(here && max_component(offset) <= reach.radius)) {
-                Photon p = unpack12_at(place, uvec3(records[3u * i], records[3u * i + 1u], records[3u * i + 2u]), ranges[0]);
+                uvec3 record = uvec3(records[3u * i], records[3u * i + 1u], records[3u * i + 2u]);
+                Photon p = unpack12_at(place, record, ranges[0]);
                 // For who does not mean this cell, a photon that looks away counts nothing.
                 if (!here) p.a.w = oct_encode(-x.s.geometric);
                 add_photon(sum, p, x);
@@ -176,7 +181,8 @@ void main() {
         all_boxes.min -= 0.004 * levels[0].radius;
         all_boxes.max += 0.004 * levels[0].radius;
     }
-    bool anything = all(greaterThanEqual(x.s.position, all_boxes.min)) && all(lessThanEqual(x.s.position, all_boxes.max));
+    bool above = all(greaterThanEqual(x.s.position, all_boxes.min));
+    bool anything = above && all(lessThanEqual(x.s.position, all_boxes.max));
     uint steps = 0u, rest = in_use[0];
     Walk walk = walk_start(pass[0], j, 0u);
     while (rest != 0u) {

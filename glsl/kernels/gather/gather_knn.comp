@@ -1,5 +1,5 @@
-// Density estimation from the k nearest photons of each class (lib/knn.glsl): a walk through the tree over their centres,
-// the nearer child first, with the nearest k + 1 so far in a heap whose farthest prunes.
+// Density estimation from the k nearest photons of each class (lib/knn.glsl): a walk through the tree over their
+// centres, the nearer child first, with the nearest k + 1 so far in a heap whose farthest prunes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,5 +1,5 @@
-// Tells the listed eye hits that lie at their pixel's place in space from those seen by way of a mirror or glass: estimators that
-// work in the image can serve only the former.
+// Tells the listed eye hits that lie at their pixel's place in space from those seen by way of a mirror or glass:
+// estimators that work in the image can serve only the former.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,8 +1,9 @@
-// Density estimation from lists of photons per tile of the image (Mara, Luebke and McGuire 2013, "Tiled"). A workgroup serves a block
-// of 8 x 8 pixels and goes through the lists of the tiles around it, one of each level.
+// Density estimation from lists of photons per tile of the image (Mara, Luebke and McGuire 2013, "Tiled"). A workgroup
+// serves a block of 8 x 8 pixels and goes through the lists of the tiles around it, one of each level.
 //
-// Each lane of a subgroup tests one photon of the list against the box around the subgroup's points; those that meet it are then added
-// by all lanes together. Most photons of a tile miss the few pixels of a subgroup and cost a single lane's test.
+// Each lane of a subgroup tests one photon of the list against the box around the subgroup's points; those that meet it
+// are then added by all lanes together. Most photons of a tile miss the few pixels of a subgroup and cost a single
+// lane's test.
 //
 // A dispatch takes a range of the joined lists, because some drivers cut long loops; the first one always writes.
 #version 460
@@ -32,7 +33,8 @@ layout(push_constant, scalar) uniform Params {
     uint levels;
     uint first;  // entry of this dispatch; with 0 the sums start from nothing
     uint most;   // entries of this dispatch
-    uint stride; // between rows of blocks that follow each other: rows of unequal weight are spread over a CPU's threads
+    // Between rows of blocks that follow each other: rows of unequal weight are spread over a CPU's threads.
+    uint stride;
 } params;
 
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
@@ -44,12 +46,13 @@ layout(set = 0, binding = 19, scalar) readonly buffer Entries { uint entries[]; 
 layout(set = 0, binding = 20, scalar) readonly buffer Photons { Photon photons[]; };
 layout(set = 0, binding = 21, scalar) readonly buffer Boxes { Aabb boxes[]; };
 layout(set = 0, binding = 24, scalar) readonly buffer Tiles { vec4 tiles[]; };
-layout(set = 0, binding = 25, scalar) readonly buffer Records { uint records[]; }; // of 20 bytes, instead of photons; or the places
+layout(set = 0, binding = 25, scalar) readonly buffer Records { uint records[]; }; // of 20 bytes, or the places
 layout(set = 0, binding = 26, scalar) readonly buffer Powers { uint powers[]; };   // of the entries, if RECORD is 12
 layout(set = 0, binding = 27, scalar) readonly buffer Looks { uint looks[]; };
 layout(set = 0, binding = 28, scalar) readonly buffer Ranges { RadiusRange ranges[]; };
 layout(set = 0, binding = 22, scalar) buffer Gathered { vec4 gathered[]; };
-layout(set = 0, binding = 23, scalar) writeonly buffer More { DispatchArgs more[]; }; // groups of the other dispatches, if any list needs them
+// Groups of the other dispatches, if any list needs them.
+layout(set = 0, binding = 23, scalar) writeonly buffer More { DispatchArgs more[]; };
 
 const uint CHUNK = 64u;
 
@@ -79,7 +82,8 @@ Photon load_photon(uint index, TileBox tile) {
         return unpack12_at(entry_place(index, radius12(record.z, ranges[0]), tile), record, ranges[0]);
     }
     uint at = PACKED_WORDS * index;
-    return unpack20(uvec3(records[at], records[at + 1u], records[at + 2u]), records[at + 3u], records[at + 4u], ranges[0]);
+    uvec3 place = uvec3(records[at], records[at + 1u], records[at + 2u]);
+    return unpack20(place, records[at + 3u], records[at + 4u], ranges[0]);
 }
 
 Aabb load_box(uint index, TileBox tile) {
@@ -122,7 +126,9 @@ void add_range(inout Estimate sum, inout Walk walk, Point x, uint from, uint cou
     }
 }
 
-void add_entries(inout Estimate sum, inout Walk walk, Point x, uint begin, uint end, vec3 low, vec3 high, TileBox tile) {
+void add_entries(
+    inout Estimate sum, inout Walk walk, Point x, uint begin, uint end, vec3 low, vec3 high, TileBox tile
+) {
     if (!CHUNKS) {
         add_range(sum, walk, x, begin, end - begin, low, high, tile);
         return;
@@ -142,7 +148,8 @@ void add_entries(inout Estimate sum, inout Walk walk, Point x, uint begin, uint 
 
 // The pixel of the band that this invocation serves; beyond the band if there is none.
 uint pixel_here(Camera c, uvec2 block) {
-    uvec2 inside = uvec2((gl_LocalInvocationIndex >> 2u) & 7u, (gl_LocalInvocationIndex >> 5u) * 4u + (gl_LocalInvocationIndex & 3u));
+    uint i = gl_LocalInvocationIndex;
+    uvec2 inside = uvec2((i >> 2u) & 7u, (i >> 5u) * 4u + (i & 3u));
     uvec2 at = 8u * block + inside + uvec2(0u, params.first_row << TILE_SHIFT);
     return at.x < c.width && at.y < c.height ? pixel_index(at, c.width, c.height) - c.first_pixel : 0xffffffffu;
 }
@@ -158,14 +165,16 @@ void main() {
     vec3 high = subgroupMax(here ? x.s.position : vec3(-INFINITY));
     Estimate sum = estimate_nothing();
     // One walk for the pixels of a block: which look at photons together.
-    Walk walk = walk_start(pass[0], WALK_TOGETHER * (block.y * gl_NumWorkGroups.x + block.x), params.first / params.most);
+    uint place = WALK_TOGETHER * (block.y * gl_NumWorkGroups.x + block.x);
+    Walk walk = walk_start(pass[0], place, params.first / params.most);
     uvec2 tile = block >> (TILE_SHIFT - 3u);
     uint base = 0u, at = 0u;
     for (uint level = 0u; level < params.levels; ++level) {
         uvec2 size = tiles_of_level(params.lowest, level);
         uint t = base + (tile.y >> level) * size.x + (tile.x >> level);
         uint begin = begins[t], count = begins[t + 1u] - begin;
-        uint first = clamp(params.first, at, at + count) - at, end = clamp(params.first + params.most, at, at + count) - at;
+        uint first = clamp(params.first, at, at + count) - at;
+        uint end = clamp(params.first + params.most, at, at + count) - at;
         TileBox box = TileBox(vec3(0.0), vec3(0.0));
         if (RECORD == 12u) {
             box.low = tiles[TILE_VECTORS * t].xyz;

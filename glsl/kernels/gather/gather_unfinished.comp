@@ -1,4 +1,5 @@
-// Flags of the listed eye hits that an estimator gave up because its loops would have become longer than the driver runs.
+// Flags of the listed eye hits that an estimator gave up because its loops would have become longer than the driver
+// runs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,5 +1,5 @@
-// Enters each run of photons with one key in the table: the first invocation of the run does. Which slot a run gets when
-// several want it depends on the order of the invocations; where its photons lie, and what is found, does not.
+// Enters each run of photons with one key in the table: the first invocation of the run does. Which slot a run gets
+// when several want it depends on the order of the invocations; where its photons lie, and what is found, does not.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

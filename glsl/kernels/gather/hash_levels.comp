@@ -22,7 +22,8 @@ void main() {
     uint level = gl_LocalInvocationID.x;
     if (level == 0u) in_use[0] = 0u;
     float reach = max(max_component(abs(bounds[0].min)), max_component(abs(bounds[0].max)));
-    // No smaller than 2^-100 of the coordinates, so that a coordinate in cells is always finite and no radius is denormal.
+    // No smaller than 2^-100 of the coordinates, so that a coordinate in cells is always finite and no radius is
+    // denormal.
     float radius = uintBitsToFloat(largest[0]) * uintBitsToFloat((127u - level) << 23);
     radius = max(radius, max(HASH_SMALL, HASH_SMALL * reach));
     // Places relative to cells: not more cells than that their corners are exact, and rounding a small part of them.

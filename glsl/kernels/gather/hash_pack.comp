@@ -1,5 +1,5 @@
-// Records of 12 bytes in the order of the cells, each relative to its photon's own cell, and which cell that is: a run may hold the
-// photons of several cells that share its key.
+// Records of 12 bytes in the order of the cells, each relative to its photon's own cell, and which cell that is: a run
+// may hold the photons of several cells that share its key.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

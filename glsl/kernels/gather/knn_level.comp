@@ -16,5 +16,6 @@ void main() {
     if (j >= params.first) return;
     uint at = params.first + j;
     KnnNode a = nodes[2u * at], b = nodes[2u * at + 1u];
-    nodes[at] = KnnNode(vec4(min(a.low.xyz, b.low.xyz), max(a.low.w, b.low.w)), max(a.high, b.high), min(a.first, b.first));
+    vec4 low = vec4(min(a.low.xyz, b.low.xyz), max(a.low.w, b.low.w));
+    nodes[at] = KnnNode(low, max(a.high, b.high), min(a.first, b.first));
 }

@@ -1,6 +1,7 @@
-// One step of a selection by digits, for the hits whose walk was given up: among the candidates whose order key (squared
-// distance, then deposit index) starts with the digits chosen so far, how many have each value of the next digit of four bits.
-// One dispatch a range of photons, because some drivers cut long loops; the first of a step chooses the digit before.
+// One step of a selection by digits, for the hits whose walk was given up: among the candidates whose order key
+// (squared distance, then deposit index) starts with the digits chosen so far, how many have each value of the next
+// digit of four bits. One dispatch a range of photons, because some drivers cut long loops; the first of a step chooses
+// the digit before.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,5 +1,5 @@
-// Sum over the k nearest photons of each class, after selection by digits (knn_select.comp): all candidates before the key
-// that was found, one dispatch a range of photons.
+// Sum over the k nearest photons of each class, after selection by digits (knn_select.comp): all candidates before the
+// key that was found, one dispatch a range of photons.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

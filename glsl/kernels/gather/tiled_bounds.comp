@@ -1,5 +1,5 @@
-// What the eye hits of each tile of the lowest level span: a box in space, depths, a window of the image, normals. Also how far
-// (in pixels) hits lie outside of their own tile, which they do only where a lens spreads the rays.
+// What the eye hits of each tile of the lowest level span: a box in space, depths, a window of the image, normals. Also
+// how far (in pixels) hits lie outside of their own tile, which they do only where a lens spreads the rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -38,7 +38,8 @@ void main() {
         if (p >= c.pixels || seen[p] == 0u) continue;
         vec3 position = uintBitsToFloat(eye_hits[p].a.xyz);
         vec3 v = in_camera(c, position - c.position);
-        // Before the camera a perspective image is undefined: such hits, which only a lens can have, are everywhere in it.
+        // Before the camera a perspective image is undefined: such hits, which only a lens can have, are everywhere in
+        // it.
         bool everywhere = c.orthographic == 0u && !(v.z > 0.0);
         vec2 image = in_pixels(c, c.orthographic != 0u ? v.xy : v.xy / v.z);
         vec4 normal = vec4(oct_decode(eye_hits[p].a.w), 0.0);

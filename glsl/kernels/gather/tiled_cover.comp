@@ -1,8 +1,9 @@
-// Which tiles each photon is put into: on the lowest level where its footprint meets few enough, those whose eye hits span
-// something that it reaches. Everything is decided here, so that counting and copying cannot disagree.
+// Which tiles each photon is put into: on the lowest level where its footprint meets few enough, those whose eye hits
+// span something that it reaches. Everything is decided here, so that counting and copying cannot disagree.
 //
-// The footprint is a slab of an ellipse. Its extent along any direction is exact, so no box around a box is needed; its place in the
-// image follows from the extents across, down and in depth, cut at the nearest eye hit, which is in front of the camera.
+// The footprint is a slab of an ellipse. Its extent along any direction is exact, so no box around a box is needed; its
+// place in the image follows from the extents across, down and in depth, cut at the nearest eye hit, which is in front
+// of the camera.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -39,13 +40,15 @@ Footprint footprint_of(Photon p) {
     vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
     vec3 moved = vec3(0.0);
     if (RECORD == 12u) {
-        // As far as in the widest tile. What a photon gains by a move, it loses elsewhere: a tile that left it out would only lose.
+        // As far as in the widest tile. What a photon gains by a move, it loses elsewhere: a tile that left it out
+        // would only lose.
         uint top = tiles.length() - TILE_VECTORS;
         vec3 low = tiles[top].xyz, size = max(vec3(0.0), tiles[top + 1u].xyz - low);
         tile_box(low, size, disc_radius(p));
         moved = size * (0.501 / PLACE_STEPS);
     }
-    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), SLAB * inversesqrt(inverse_longer2(p)), moved);
+    float slab = SLAB * inversesqrt(inverse_longer2(p));
+    return Footprint(uintBitsToFloat(p.a.xyz), u / dot(u, u), v / dot(v, v), oct_decode(p.a.w), slab, moved);
 }
 
 // Bounds of the camera coordinates of vectors with components of these sizes.
@@ -86,7 +89,8 @@ Reach reach_of(Footprint f, Camera c, float near) {
     vec4 window = vec4(in_pixels(c, vec2(across.x, down.x)), in_pixels(c, vec2(across.y, down.y)));
     // Rounding of the division and of the hits' coordinates.
     float margin = 1e-5 * float(max(c.width, c.height));
-    window += vec4(vec2(-margin), vec2(margin)) * max(vec4(1.0), abs(window) / vec4(c.width, c.height, c.width, c.height));
+    vec4 image = vec4(c.width, c.height, c.width, c.height);
+    window += vec4(vec2(-margin), vec2(margin)) * max(vec4(1.0), abs(window) / image);
     bool unknown = c.orthographic == 0u && !(near > 0.0);
     return Reach(unknown ? vec4(vec2(-INFINITY), vec2(INFINITY)) : window, vec2(low.z, high.z));
 }
@@ -97,11 +101,13 @@ vec2 products(vec3 v, vec3 low, vec3 high) {
     return vec2(dot(min(a, b), vec3(1.0)), dot(max(a, b), vec3(1.0)));
 }
 
-// Whether the footprint may count at a hit of the tile. What most tiles fail comes first, and the rest is not loaded then.
+// Whether the footprint may count at a hit of the tile. What most tiles fail comes first, and the rest is not loaded
+// then.
 bool meets(uint tile, Footprint f, Reach r, Aabb box) {
     uint at = TILE_VECTORS * tile;
     vec4 low = tiles[at], high = tiles[at + 1u];
-    if (!(all(lessThanEqual(vec4(box.min, r.depth.x), high)) && all(greaterThanEqual(vec4(box.max, r.depth.y), low)))) return false;
+    bool begins_before = all(lessThanEqual(vec4(box.min, r.depth.x), high));
+    if (!(begins_before && all(greaterThanEqual(vec4(box.max, r.depth.y), low)))) return false;
     vec4 window = tiles[at + 2u];
     bool image = all(lessThanEqual(r.window.xy, window.zw)) && all(greaterThanEqual(r.window.zw, window.xy));
     if (!image) return false; // an empty tile's infinities go no further
@@ -150,7 +156,8 @@ void main() {
         ++level;
         at >>= 1u;
     }
-    uint columns = at.z - at.x + 1u, all_tiles = columns * (at.w - at.y + 1u), row = tiles_of_level(params.lowest, level).x;
+    uint columns = at.z - at.x + 1u, all_tiles = columns * (at.w - at.y + 1u);
+    uint row = tiles_of_level(params.lowest, level).x;
     uint mask = 0u, first = base + at.y * row + at.x;
     for (uint k = 0u; k < all_tiles; ++k) {
         uint tile = first + (k / columns) * row + k % columns;

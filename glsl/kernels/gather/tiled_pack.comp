@@ -1,5 +1,5 @@
-// Entries of tiles as records of 12 bytes, each relative to a box around its tile's hits. Three arrays: no binding is then longer
-// than that of the entries.
+// Entries of tiles as records of 12 bytes, each relative to a box around its tile's hits. Three arrays: no binding is
+// then longer than that of the entries.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

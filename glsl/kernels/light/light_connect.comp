@@ -1,8 +1,9 @@
-// Connects light vertices to the camera (light tracing; Veach 1997, section 10.3.4.2, with one eye vertex): each adds to
-// the pixel in which its place is seen, if nothing stands between. Photons say which paths there are, and photon_light what one is worth: this is
-// the density estimate with a footprint that is a point.
+// Connects light vertices to the camera (light tracing; Veach 1997, section 10.3.4.2, with one eye vertex): each adds
+// to the pixel in which its place is seen, if nothing stands between. Photons say which paths there are, and
+// photon_light what one is worth: this is the density estimate with a footprint that is a point.
 //
-// Leaves a key per vertex, 2 * pixel + class (0 caustic, 1 other), behind all pixels where nothing is seen, and the light.
+// Leaves a key per vertex, 2 * pixel + class (0 caustic, 1 other), behind all pixels where nothing is seen, and the
+// light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -21,6 +22,7 @@ layout(set = 0, binding = 20, scalar) writeonly buffer Splats { vec4 splats[]; }
 #include "lib/bsdf.glsl"
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
+#include "lib/medium.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/point.glsl"
 #define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
@@ -37,8 +39,8 @@ struct View {
 
 // False behind the camera and outside of the picture.
 //
-// A pixel shows the mean over its square on the plane at unit distance, of area a. An area dA there is cos dA / (d^2 cos'^3 a)
-// pixels, with d the distance and cos' the cosine at the camera; parallel rays: cos dA / a.
+// A pixel shows the mean over its square on the plane at unit distance, of area a. An area dA there is cos dA / (d^2
+// cos'^3 a) pixels, with d the distance and cos' the cosine at the camera; parallel rays: cos dA / a.
 bool view_of(vec3 position, out View v) {
     Camera c = camera[0];
     vec3 offset = position - c.position;
@@ -62,18 +64,15 @@ bool view_of(vec3 position, out View v) {
 // The light that the vertex sends to the camera, as radiance of its pixel.
 vec3 connect(Photon p, View v) {
     Hit hit = unpack_hit(p.a);
-    Facet facet;
-    Surface s = load_surface(hit, -v.to_camera, facet);
+    InterpolatedNormal unused;
+    Surface s = load_surface(hit, -v.to_camera, unused);
     float cosine = dot(s.geometric, v.to_camera);
     // Gathered lobes only reflect: light from behind is not seen.
     if (!(cosine > 0.0 && dot(s.geometric, oct_decode(p.b.w)) < 0.0)) return vec3(0.0);
     Point x = point_at(s, v.to_camera);
     vec3 light = x.factor * photon_light(p, x, cosine * v.pixels_by_area);
-    if (ABSORPTION) {
-        // As for eye paths: the back of a volume's boundary is seen from inside of it.
-        bool inside = !s.front && (s.flags & MATERIAL_VOLUME) != 0u && max_component(s.transmission) > 0.0;
-        if (inside) light *= exp(-s.absorption * v.distance);
-    }
+    // As for eye paths: light is absorbed where the surface is seen from inside of a volume.
+    if (ABSORPTION && is_leaving(s)) light *= exp(-s.absorption * v.distance);
     if (light == vec3(0.0)) return light;
     vec3 origin = offset_point(s.position, s.e1, s.e2, v.to_camera);
     return trace_any(origin, v.target - origin, 1.0) ? vec3(0.0) : light;

@@ -1,5 +1,5 @@
-// Path tracing: where a path gathers, it goes on in a direction drawn from the gathered lobes. Runs after the light samples
-// over the same list; continuations take the second place of their path (the first is for mirrors and glass).
+// Path tracing: where a path gathers, it goes on in a direction drawn from the gathered lobes. Runs after the light
+// samples over the same list; continuations take the second place of their path (the first is for mirrors and glass).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -39,9 +39,9 @@ void main() {
     uint state = states[slot];
     uint depth = (state >> PATH_DEPTH_SHIFT) & PATH_DEPTH_MASK;
     bool absorb = depth >= ROULETTE_DEPTH;
-    uint seed = hash2(hash2(pass[0].seed ^ 0x85ebca6bu, pass[0].index), slot_key(slot, camera[0]) + depth);
-    float choice = unit_float(hash(seed ^ 0x68bc21ebu));
-    vec2 u = vec2(unit_float(hash(seed ^ 0x02e5be93u)), unit_float(hash(seed ^ 0x967a889bu)));
+    uint seed = hash2(hash2(pass[0].seed ^ SALT_PATH_TRACING, pass[0].index), slot_key(slot, camera[0]) + depth);
+    float choice = unit_float(hash(seed ^ SALT_LOBE));
+    vec2 u = vec2(unit_float(hash(seed ^ SALT_DIRECTION_U)), unit_float(hash(seed ^ SALT_DIRECTION_V)));
     Gathered e = sample_gathered(s, -to_eye, choice, u, absorb);
     through *= e.weight;
     float density = gathered_density(s, to_eye, e.direction, absorb);

@@ -1,7 +1,7 @@
 // One bounce of the photons in flight: transfer of the footprint to the surface, deposit, and the next direction by
-// Russian roulette over the lobes. Caustic photons follow only mirrors, glass and sharp glossy lobes; what they leave at
-// gathering surfaces is light-specular+-diffuse light. Global photons take every lobe and leave light behind once they
-// have met a diffuse or rough glossy surface. Together they carry all indirect light, each path once.
+// Russian roulette over the lobes. Caustic photons follow only mirrors, glass and sharp glossy lobes; what they leave
+// at gathering surfaces is light-specular+-diffuse light. Global photons take every lobe and leave light behind once
+// they have met a diffuse or rough glossy surface. Together they carry all indirect light, each path once.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -43,6 +43,7 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/bsdf.glsl"
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
+#include "lib/medium.glsl"
 #include "lib/footprint.glsl"
 #include "lib/scatter.glsl"
 
@@ -59,8 +60,8 @@ void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
 
 // The footprint that the differentials give, within its limits; false if it is not finite.
 bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
-    // The paper's further factor |dp|^(-3/4) for diffusely reflected photons is left out: it has a unit of length, and no
-    // unit suits both a cup and the table that it stands on.
+    // The paper's further factor |dp|^(-3/4) for diffusely reflected photons is left out: it has a unit of length, and
+    // no unit suits both a cup and the table that it stands on.
     float scale = params.smoothing * pass[0].radius_scale;
     e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
     float unit = globals[0].radius * pass[0].radius_scale;
@@ -105,7 +106,8 @@ void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float 
     p.b = uvec4(floatBitsToUint(photon_flux.rgb), oct_encode(d));
     p.c = uvec4(floatBitsToUint(e.major / e.longer), 0u);
     p.d = uvec4(floatBitsToUint(e.minor / e.shorter), floatBitsToUint(CAUSTIC ? -1.0 / area : 1.0 / area));
-    vec3 extent = sqrt(e.major * e.major * (e.longer * e.longer) + e.minor * e.minor * (e.shorter * e.shorter)) + slab * abs(s.geometric);
+    vec3 in_plane = sqrt(e.major * e.major * (e.longer * e.longer) + e.minor * e.minor * (e.shorter * e.shorter));
+    vec3 extent = in_plane + slab * abs(s.geometric);
     pending[j] = p;
     pending_boxes[j] = Aabb(s.position - extent, s.position + extent);
     stored[j] = 1u;
@@ -120,30 +122,53 @@ struct Event {
     float density;     // of the scattering per steradian, infinite for mirrors and glass
 };
 
-// Spread of a rough lobe, added to the specular derivative: the spacing that all photons of this light would have if they
-// were sent into the lobe from here. It vanishes towards the mirror (our extension; the papers leave glossy out).
+// Spread of a rough lobe, added to the specular derivative: the spacing that all photons of this light would have if
+// they were sent into the lobe from here. It vanishes towards the mirror (our extension; the papers leave glossy out).
 float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
     float pdf = lobe_density(s, wo, facet);
     return isinf(pdf) ? 0.0 : spacing * inversesqrt(4.0 * PI * max(pdf, 1e-6));
 }
 
-void specular_step(inout Differential f, Surface s, Facet facet, vec3 d, vec3 n, vec3 out_direction, float eta, bool transmitted, float spread) {
+// How a followed photon left a surface: by reflection or refraction about a facet.
+struct SpecularStep {
+    vec3 facet;     // normal of the facet
+    vec3 direction; // after it
+    float eta;      // n_incident / n_transmitted
+    bool transmitted;
+    float spread;   // of the lobe around the direction
+};
+
+void follow_differential(inout Differential f, Surface s, InterpolatedNormal n, vec3 d, SpecularStep to) {
     vec3 dn_u = vec3(0.0), dn_v = vec3(0.0);
     if (SMOOTH_NORMALS) {
-        dn_u = normal_derivative(f.dp_u, s.e1, s.e2, facet.dn1, facet.dn2, facet.normal);
-        dn_v = normal_derivative(f.dp_v, s.e1, s.e2, facet.dn1, facet.dn2, facet.normal);
+        dn_u = normal_derivative(f.dp_u, s.e1, s.e2, n.dn1, n.dn2, n.normal);
+        dn_v = normal_derivative(f.dp_v, s.e1, s.e2, n.dn1, n.dn2, n.normal);
     }
-    if (transmitted) {
-        f.dd_u = refract_derivative(f.dd_u, d, n, dn_u, eta, out_direction);
-        f.dd_v = refract_derivative(f.dd_v, d, n, dn_v, eta, out_direction);
+    if (to.transmitted) {
+        f.dd_u = refract_derivative(f.dd_u, d, to.facet, dn_u, to.eta, to.direction);
+        f.dd_v = refract_derivative(f.dd_v, d, to.facet, dn_v, to.eta, to.direction);
     } else {
-        f.dd_u = reflect_derivative(f.dd_u, d, n, dn_u);
-        f.dd_v = reflect_derivative(f.dd_v, d, n, dn_v);
+        f.dd_u = reflect_derivative(f.dd_u, d, to.facet, dn_u);
+        f.dd_v = reflect_derivative(f.dd_v, d, to.facet, dn_v);
     }
     vec3 t, b;
-    basis(out_direction, t, b);
-    f.dd_u += spread * t;
-    f.dd_v += spread * b;
+    basis(to.direction, t, b);
+    f.dd_u += to.spread * t;
+    f.dd_v += to.spread * b;
+}
+
+// The differential after absorption and emission by a diffuse surface (Fabianowski and Dingliana 2009, eq. 13): as if
+// the photon had started v behind the surface, with v keeping the footprint's area.
+void diffuse_differential(inout Differential f, vec3 direction, float spacing) {
+    vec3 x, y;
+    basis(direction, x, y);
+    // In units of the longest component: fourth powers of lengths neither under- nor overflow.
+    float unit = max(max_component(abs(f.dp_u)), max_component(abs(f.dp_v)));
+    float v = unit > 0.0 ? unit * sqrt(length(cross(f.dp_u / unit, f.dp_v / unit))) / spacing : 0.0;
+    f.dd_u = spacing * x;
+    f.dd_v = spacing * y;
+    f.dp_u = v * f.dd_u;
+    f.dp_v = v * f.dd_v;
 }
 
 // Correction for shading normals in light transport (Veach 1997, section 5.3.2), bounded.
@@ -154,71 +179,108 @@ float shading_correction(Surface s, vec3 wi, vec3 wo) {
     return below > 0.0 ? min(above / below, 4.0) : 0.0;
 }
 
-Event scatter(Surface s, Facet facet, vec3 d, uint state, float spacing, uint seed, inout Differential f) {
-    Event e = Event(vec3(0.0), vec3(0.0), 0.0, state, INFINITY);
-    float choice = unit_float(hash(seed ^ 0x68bc21ebu));
-    vec2 u = vec2(unit_float(hash(seed ^ 0x02e5be93u)), unit_float(hash(seed ^ 0x967a889bu)));
-    uint medium = state & PATH_MEDIUM_MASK;
-    float p_diffuse = 0.0, p_reflect = 0.0, p_transmit = 0.0;
-    vec3 h = s.shading, fresnel = vec3(0.0), r = d, t = d;
-    bool glass = GLASS && max_component(s.transmission) > 0.0;
-    bool gathered_glossy = GLOSSY && has_gathered_glossy(s) && !glass;
-    bool volume = (s.flags & MATERIAL_VOLUME) != 0u;
-    float eta = volume ? (s.front ? 1.0 / s.ior : s.ior) : 1.0;
+// What a photon may do at a surface, and with which probabilities.
+struct Choices {
+    Reflection reflection;
+    bool gathered;   // the reflection is of a gathered lobe
+    vec3 refracted;  // direction through the surface
+    float eta;       // n_incident / n_transmitted of that
+    float reflect;   // probabilities; what is missing to one is that of absorption
+    float transmit;
+    float diffuse;
+};
+
+Choices choices_at(Surface s, vec3 d, vec2 u) {
+    Choices c;
+    c.reflection = Reflection(s.shading, 0.0, vec3(0.0), d, 0.0);
+    c.refracted = d;
+    c.eta = transmission_eta(s);
+    c.reflect = 0.0;
+    c.transmit = 0.0;
+    c.diffuse = 0.0;
+    bool glass = GLASS && is_glass(s);
+    c.gathered = GLOSSY && has_gathered_glossy(s) && !glass;
     if (GLOSSY && (glass || s.f90 > 0.0 || max_component(s.f0) > 0.0)) {
-        Reflection reflection = sample_reflection(s, d, u, glass, volume ? eta : 1.0 / s.ior);
-        h = reflection.facet;
-        float cosine = reflection.cosine;
-        fresnel = reflection.fresnel;
-        r = reflection.direction;
-        bool wanted = !CAUSTIC || !gathered_glossy;
-        p_reflect = wanted ? reflection.chance : 0.0;
-        float k = 1.0 - eta * eta * (1.0 - cosine * cosine);
-        if (glass && k > 0.0) {
-            t = eta * d + (eta * cosine - sqrt(k)) * h;
-            t = normalize(t);
-            p_transmit = dot(t, s.geometric) < 0.0 ? max_component((1.0 - fresnel) * s.transmission) * facet_weight(s, -d, t) : 0.0;
+        Reflection r = sample_reflection(s, d, u, glass, reflection_eta(s));
+        c.reflection = r;
+        c.reflect = !CAUSTIC || !c.gathered ? r.chance : 0.0;
+        vec3 t;
+        if (glass && refract_at(r.facet, r.cosine, d, c.eta, t)) {
+            c.refracted = normalize(t);
+            float share = max_component((1.0 - r.fresnel) * s.transmission) * facet_weight(s, -d, c.refracted);
+            c.transmit = dot(c.refracted, s.geometric) < 0.0 ? share : 0.0;
         }
     }
-    if (!CAUSTIC) p_diffuse = diffuse_chance(s, d);
-    float norm = chance_norm(p_diffuse + p_reflect + p_transmit, true);
-    p_diffuse *= norm;
-    p_reflect *= norm;
-    p_transmit *= norm;
-    if (choice < p_reflect) {
-        e.direction = r;
-        e.probability = p_reflect;
-        e.weight = fresnel * (facet_weight(s, -d, r) / p_reflect);
-        e.state |= gathered_glossy ? PATH_DIFFUSE : PATH_SPECULAR;
-        if (FOOTPRINT == FOOTPRINT_DENSITY) e.density = lobe_density(s, -d, h);
-        specular_step(f, s, facet, d, h, r, eta, false, lobe_spread(s, -d, h, spacing));
-    } else if (choice < p_reflect + p_transmit) {
-        e.direction = t;
-        e.probability = p_transmit;
-        e.weight = (1.0 - fresnel) * s.transmission * (facet_weight(s, -d, t) / p_transmit);
-        medium = volume ? (s.front ? path_medium(s.material) : 0u) : medium;
-        e.state = (e.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
-        if (FOOTPRINT == FOOTPRINT_DENSITY) e.density = lobe_density(s, -d, h);
-        // A thin sheet bends light back at once: the derivative of the direction is unchanged.
-        if (volume) specular_step(f, s, facet, d, h, t, eta, true, lobe_spread(s, -d, h, spacing));
-    } else if (choice < p_reflect + p_transmit + p_diffuse) {
-        vec3 reflectance;
-        e.direction = sample_diffuse(s, d, u, reflectance);
-        bool above = dot(e.direction, s.geometric) > 0.0;
-        e.probability = above ? p_diffuse : 0.0;
-        e.weight = reflectance * (shading_correction(s, -d, e.direction) / p_diffuse);
-        e.state |= PATH_DIFFUSE;
-        e.density = max(dot(e.direction, s.shading), 0.0) / PI;
-        // Absorption and re-emission (eq. 13): as if it had started v behind the surface, with v keeping the footprint's area.
-        vec3 x, y;
-        basis(e.direction, x, y);
-        // In units of the longest component: fourth powers of lengths neither under- nor overflow.
-        float unit = max(max_component(abs(f.dp_u)), max_component(abs(f.dp_v)));
-        float v = unit > 0.0 ? unit * sqrt(length(cross(f.dp_u / unit, f.dp_v / unit))) / spacing : 0.0;
-        f.dd_u = spacing * x;
-        f.dd_v = spacing * y;
-        f.dp_u = v * f.dd_u;
-        f.dp_v = v * f.dd_v;
+    if (!CAUSTIC) c.diffuse = diffuse_chance(s, d);
+    float norm = chance_norm(c.diffuse + c.reflect + c.transmit, true);
+    c.diffuse *= norm;
+    c.reflect *= norm;
+    c.transmit *= norm;
+    return c;
+}
+
+// A photon at a surface.
+struct Arrival {
+    Surface s;
+    InterpolatedNormal n;
+    vec3 d;        // direction of travel
+    uint state;
+    float spacing; // D of an isotropic light with this share of the photons
+};
+
+Event reflect_photon(Arrival a, Choices c, inout Differential f) {
+    Reflection r = c.reflection;
+    Event e;
+    e.direction = r.direction;
+    e.probability = c.reflect;
+    e.weight = r.fresnel * (facet_weight(a.s, -a.d, r.direction) / c.reflect);
+    e.state = a.state | (c.gathered ? PATH_DIFFUSE : PATH_SPECULAR);
+    e.density = FOOTPRINT == FOOTPRINT_DENSITY ? lobe_density(a.s, -a.d, r.facet) : INFINITY;
+    float spread = lobe_spread(a.s, -a.d, r.facet, a.spacing);
+    follow_differential(f, a.s, a.n, a.d, SpecularStep(r.facet, r.direction, c.eta, false, spread));
+    return e;
+}
+
+Event transmit_photon(Arrival a, Choices c, inout Differential f) {
+    Reflection r = c.reflection;
+    Event e;
+    e.direction = c.refracted;
+    e.probability = c.transmit;
+    e.weight = (1.0 - r.fresnel) * a.s.transmission * (facet_weight(a.s, -a.d, c.refracted) / c.transmit);
+    uint medium = medium_behind(a.s, a.state & PATH_MEDIUM_MASK);
+    e.state = (a.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
+    e.density = FOOTPRINT == FOOTPRINT_DENSITY ? lobe_density(a.s, -a.d, r.facet) : INFINITY;
+    // A thin sheet bends light back at once: the derivative of the direction is unchanged.
+    if ((a.s.flags & MATERIAL_VOLUME) != 0u) {
+        float spread = lobe_spread(a.s, -a.d, r.facet, a.spacing);
+        follow_differential(f, a.s, a.n, a.d, SpecularStep(r.facet, c.refracted, c.eta, true, spread));
+    }
+    return e;
+}
+
+Event diffuse_photon(Arrival a, Choices c, vec2 u, inout Differential f) {
+    Event e;
+    vec3 reflectance;
+    e.direction = sample_diffuse(a.s, a.d, u, reflectance);
+    e.probability = dot(e.direction, a.s.geometric) > 0.0 ? c.diffuse : 0.0;
+    e.weight = reflectance * (shading_correction(a.s, -a.d, e.direction) / c.diffuse);
+    e.state = a.state | PATH_DIFFUSE;
+    e.density = max(dot(e.direction, a.s.shading), 0.0) / PI;
+    diffuse_differential(f, e.direction, a.spacing);
+    return e;
+}
+
+Event scatter(Arrival a, uint seed, inout Differential f) {
+    float choice = unit_float(hash(seed ^ SALT_LOBE));
+    vec2 u = vec2(unit_float(hash(seed ^ SALT_DIRECTION_U)), unit_float(hash(seed ^ SALT_DIRECTION_V)));
+    Choices c = choices_at(a.s, a.d, u);
+    Event e = Event(vec3(0.0), vec3(0.0), 0.0, a.state, INFINITY);
+    if (choice < c.reflect) {
+        e = reflect_photon(a, c, f);
+    } else if (choice < c.reflect + c.transmit) {
+        e = transmit_photon(a, c, f);
+    } else if (choice < c.reflect + c.transmit + c.diffuse) {
+        e = diffuse_photon(a, c, u, f);
     }
     return e;
 }
@@ -234,14 +296,12 @@ void main() {
     if (hit.triangle == BVH_MISS || max_component(photon_flux.rgb) <= 0.0) return;
     vec3 d = rays[2u * slot + 1u].xyz;
     uint state = states[slot];
-    Facet facet;
-    Surface s = load_surface(hit, d, facet);
+    InterpolatedNormal normal;
+    Surface s = load_surface(hit, d, normal);
     Differential f = Differential(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
     if (ABSORPTION) {
-        uint medium = state & PATH_MEDIUM_MASK;
-        bool leaving = !s.front && (s.flags & MATERIAL_VOLUME) != 0u && max_component(s.transmission) > 0.0;
-        uint inside = leaving ? s.material + 1u : medium;
+        uint inside = medium_inside(s, state & PATH_MEDIUM_MASK);
         if (inside != 0u) photon_flux.rgb *= exp(-materials[inside - 1u].absorption * hit.t);
     }
     Event e;
@@ -257,8 +317,9 @@ void main() {
             if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb);
             else deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
         }
-        uint seed = hash2(hash2(pass[0].seed ^ (CAUSTIC ? 0x9d2c5681u : 0x2545f491u), pass[0].index), slot * 256u + params.bounce);
-        e = scatter(s, facet, d, state, photon_flux.w, seed, f);
+        uint photons = pass[0].seed ^ (CAUSTIC ? SALT_CAUSTIC_PHOTONS : SALT_GLOBAL_PHOTONS);
+        uint seed = hash2(hash2(photons, pass[0].index), slot * 256u + params.bounce);
+        e = scatter(Arrival(s, normal, d, state, photon_flux.w), seed, f);
     }
     if (!(e.probability > 0.0)) return;
     // Survivors stand for those that were absorbed: each covers 1 / p of the area.

@@ -1,4 +1,5 @@
-// One step of a photon's differential, with the functions that photon_bounce uses: for tests against src/kernels/differentials.rs.
+// One step of a photon's differential, with the functions that photon_bounce uses: for tests against
+// src/kernels/differentials.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -106,68 +106,112 @@ vec3 start_outside(vec3 d, float choice, vec2 u, out float pdf) {
     return p - d * (dot(p - g.center, d) + 1.5 * g.radius);
 }
 
+// A photon at its start.
+struct Start {
+    vec3 origin;
+    vec3 direction;
+    vec3 power;   // radiance, intensity or irradiance, with the cosine at an area light
+    float pdf;    // of origin and direction, per solid angle and area, as the light needs
+    float dp;     // length of the differentials of position
+    float dd;     // and of direction
+};
+
+// Random numbers of a photon.
+struct Numbers {
+    float caster;   // choice among the casters
+    vec2 direction; // or place outside of the scene
+    vec2 place;     // on the light, or direction of the environment
+};
+
+// Point and spot lights; `n` is the number of photons that the light shares out.
+Start start_at_point(Light l, Numbers u, float n) {
+    Start p = Start(l.position, vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0, 0.0, 0.0);
+    bool spot = l.kind == LIGHT_SPOT;
+    if (CAUSTIC) {
+        p.direction = aim(p.origin, u.caster, u.direction, p.pdf);
+    } else {
+        float open = spot ? 1.0 - l.cos_outer : 2.0;
+        p.direction = from_basis(spot ? l.direction : vec3(0.0, 0.0, 1.0), uniform_cone(u.direction, open));
+        p.pdf = 1.0 / (2.0 * PI * open);
+    }
+    float cosine = dot(p.direction, l.direction);
+    p.power = l.emission * (spot ? (cosine > l.cos_outer ? spot_falloff(l, cosine) : 0.0) : 1.0);
+    p.dd = inversesqrt(n * p.pdf);
+    return p;
+}
+
+// Directional lights.
+Start start_parallel(Light l, Numbers u, float n) {
+    Start p = Start(l.position, l.direction, l.emission, 1.0, 0.0, 0.0);
+    p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
+    p.dp = inversesqrt(n * p.pdf);
+    return p;
+}
+
+Start start_in_environment(Numbers u, float n) {
+    Start p = Start(vec3(0.0), vec3(0.0), vec3(0.0), 1.0, 0.0, 0.0);
+    float pdf_direction;
+    p.power = sample_environment(u.place, p.direction, pdf_direction);
+    p.direction = -p.direction;
+    p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
+    p.dp = inversesqrt(n * p.pdf);
+    p.pdf *= pdf_direction;
+    return p;
+}
+
+// Emissive triangles.
+Start start_on_triangle(Light l, Numbers u, float n) {
+    Start p = Start(vec3(0.0), vec3(0.0), vec3(0.0), 1.0, 0.0, 0.0);
+    BvhTriangle corners = triangles[l.triangle];
+    vec2 b = uniform_triangle(u.place);
+    vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
+    vec3 normal = triangle_normal(e1, e2);
+    p.origin = triangle_point(corners.v0.xyz, e1, e2, b);
+    if (CAUSTIC) {
+        p.direction = aim(p.origin, u.caster, u.direction, p.pdf);
+    } else {
+        p.direction = from_basis(normal, cosine_hemisphere(u.direction));
+        p.pdf = max(dot(p.direction, normal), 1e-4) / PI;
+    }
+    p.origin = offset_point(p.origin, e1, e2, p.direction);
+    p.power = emission_at(l.triangle, b) * max(0.0, dot(p.direction, normal));
+    p.dd = inversesqrt(n * p.pdf);
+    p.pdf /= l.area;
+    p.dp = sqrt(l.area / n);
+    return p;
+}
+
+Start start_of(Light l, Numbers u, float n) {
+    Start p = Start(l.position, vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0, 0.0, 0.0);
+    if (l.kind == LIGHT_POINT || l.kind == LIGHT_SPOT) {
+        p = start_at_point(l, u, n);
+    } else if (l.kind == LIGHT_DIRECTIONAL) {
+        p = start_parallel(l, u, n);
+    } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
+        p = start_in_environment(u, n);
+    } else if (AREA_LIGHTS) {
+        p = start_on_triangle(l, u, n);
+    }
+    return p;
+}
+
 void main() {
     uint i = linear_id();
     if (i >= params.count) return;
-    uint key = hash2(hash2(pass[0].seed, pass[0].index), CAUSTIC ? 0x9d2c5681u : 0x2545f491u);
+    uint photons = CAUSTIC ? SALT_CAUSTIC_PHOTONS : SALT_GLOBAL_PHOTONS;
+    uint key = hash2(hash2(pass[0].seed, pass[0].index), photons);
     float choice = sequence1(i, key, 0u);
     Light l = lights[choose_light(choice)];
-    vec2 u = sequence2(i, key, 1u);
-    vec2 w = sequence2(i, key, 2u);
-    float caster_choice = sequence1(i, key, 3u);
+    vec2 u = sequence2(i, key, 1u), w = sequence2(i, key, 2u);
     float n = float(params.count) * l.probability;
-    vec3 origin = l.position, d = vec3(0.0, 0.0, 1.0), power = vec3(0.0);
-    float dp = 0.0, dd = 0.0, pdf = 1.0; // pdf: per solid angle and area, as the light needs
-    if (l.kind == LIGHT_POINT || l.kind == LIGHT_SPOT) {
-        bool spot = l.kind == LIGHT_SPOT;
-        if (CAUSTIC) {
-            d = aim(origin, caster_choice, u, pdf);
-        } else {
-            float open = spot ? 1.0 - l.cos_outer : 2.0;
-            d = from_basis(spot ? l.direction : vec3(0.0, 0.0, 1.0), uniform_cone(u, open));
-            pdf = 1.0 / (2.0 * PI * open);
-        }
-        float cosine = dot(d, l.direction);
-        power = l.emission * (spot ? (cosine > l.cos_outer ? spot_falloff(l, cosine) : 0.0) : 1.0);
-        dd = inversesqrt(n * pdf);
-    } else if (l.kind == LIGHT_DIRECTIONAL) {
-        d = l.direction;
-        origin = start_outside(d, caster_choice, u, pdf);
-        power = l.emission;
-        dp = inversesqrt(n * pdf);
-    } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
-        float pdf_direction;
-        vec3 radiance = sample_environment(w, d, pdf_direction);
-        d = -d;
-        origin = start_outside(d, caster_choice, u, pdf);
-        dp = inversesqrt(n * pdf);
-        power = radiance;
-        pdf *= pdf_direction;
-    } else if (AREA_LIGHTS) {
-        BvhTriangle corners = triangles[l.triangle];
-        vec2 b = uniform_triangle(w);
-        vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
-        vec3 normal = triangle_normal(e1, e2);
-        origin = triangle_point(corners.v0.xyz, e1, e2, b);
-        if (CAUSTIC) {
-            d = aim(origin, caster_choice, u, pdf);
-        } else {
-            d = from_basis(normal, cosine_hemisphere(u));
-            pdf = max(dot(d, normal), 1e-4) / PI;
-        }
-        origin = offset_point(origin, e1, e2, d);
-        power = emission_at(l.triangle, b) * max(0.0, dot(d, normal));
-        dd = inversesqrt(n * pdf);
-        pdf /= l.area;
-        dp = sqrt(l.area / n);
-    }
+    Start p = start_of(l, Numbers(sequence1(i, key, 3u), u, w), n);
     vec3 t, s;
-    basis(d, t, s);
-    rays[2u * i] = vec4(origin, 0.0);
-    rays[2u * i + 1u] = vec4(d, 1.0); // w: path density
+    basis(p.direction, t, s);
+    rays[2u * i] = vec4(p.origin, 0.0);
+    rays[2u * i + 1u] = vec4(p.direction, 1.0); // w: path density
     // w: the spacing D of an isotropic light with this share of the photons, the unit of raw differentials.
-    flux[i] = vec4(pdf > 0.0 ? power / (n * pdf) : vec3(0.0), sqrt(4.0 * PI / n));
+    flux[i] = vec4(p.pdf > 0.0 ? p.power / (n * p.pdf) : vec3(0.0), sqrt(4.0 * PI / n));
     states[i] = 0u;
-    differentials[i] = Differential(dp * t, dp * s, dd * t, dd * s);
+    differentials[i] = Differential(p.dp * t, p.dp * s, p.dd * t, p.dd * s);
     list[i] = i;
 }

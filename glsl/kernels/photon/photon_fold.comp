@@ -1,6 +1,6 @@
-// Finds the boundary nearest to each stored photon: rays along the photon's surface, to both ends of both semiaxes, meet what
-// stands on it. Of the surfaces that they meet and that turn away from the photon's, the plane whose line is nearest in units
-// of the semiaxes becomes the photon's fold.
+// Finds the boundary nearest to each stored photon: rays along the photon's surface, to both ends of both semiaxes,
+// meet what stands on it. Of the surfaces that they meet and that turn away from the photon's, the plane whose line is
+// nearest in units of the semiaxes becomes the photon's fold.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,5 +1,5 @@
-// Photons as records of 20 bytes, and the discs that these stand for, with their boxes. With RECORD 12 the discs of those records alone, at
-// their exact places: the places are packed where cells or tiles are known.
+// Photons as records of 20 bytes, and the discs that these stand for, with their boxes. With RECORD 12 the discs of
+// those records alone, at their exact places: the places are packed where cells or tiles are known.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

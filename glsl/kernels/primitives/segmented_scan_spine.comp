@@ -1,5 +1,6 @@
-// The sum that each workgroup's share continues, in place, from the shares' own sums (at most one tile of them). A share
-// with a head starts its sum anew, so the inclusive scan of the shares before it is what it continues. One workgroup.
+// The sum that each workgroup's share continues, in place, from the shares' own sums (at most one tile of them). A
+// share with a head starts its sum anew, so the inclusive scan of the shares before it is what it continues. One
+// workgroup.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

@@ -1,4 +1,5 @@
-// Moves each key with its value to its place in the order of one digit; the scanned table says where each worker starts.
+// Moves each key with its value to its place in the order of one digit; the scanned table says where each worker
+// starts.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

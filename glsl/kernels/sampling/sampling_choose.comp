@@ -1,5 +1,5 @@
-// Flags the listed eye hits that are estimated in this pass: one pixel of each block of k x k, and whatever is not Lambert.
-// Marks those of the former that can lend their light to others. With k = 1 these are all Lambert hits.
+// Flags the listed eye hits that are estimated in this pass: one pixel of each block of k x k, and whatever is not
+// Lambert. Marks those of the former that can lend their light to others. With k = 1 these are all Lambert hits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

@@ -1,8 +1,8 @@
-// Bilateral upsampling: gives each eye hit that was not estimated the light of the four estimated hits around it, as far as they
-// are similar, and flags those around which none is.
+// Bilateral upsampling: gives each eye hit that was not estimated the light of the four estimated hits around it, as
+// far as they are similar, and flags those around which none is.
 //
-// A hit behind a mirror or glass looks at the same path slot of the other pixels. What is interpolated is the light that arrives:
-// the estimate divided by the lender's factor, times the factor of the hit, so that textures stay sharp.
+// A hit behind a mirror or glass looks at the same path slot of the other pixels. What is interpolated is the light
+// that arrives: the estimate divided by the lender's factor, times the factor of the hit, so that textures stay sharp.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

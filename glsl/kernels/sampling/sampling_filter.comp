@@ -1,5 +1,5 @@
-// Bilateral filter of the light at Lambert hits over a window that shrinks with the footprints: for estimates from few photons.
-// As in sampling_fill.comp it is arriving light that is averaged, among hits of the same path slot.
+// Bilateral filter of the light at Lambert hits over a window that shrinks with the footprints: for estimates from few
+// photons. As in sampling_fill.comp it is arriving light that is averaged, among hits of the same path slot.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
