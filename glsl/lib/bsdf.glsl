@@ -72,7 +72,7 @@ vec3 sample_visible_normal(vec3 w, float alpha, vec2 u) {
     return normalize(vec3(alpha * n.xy, max(1e-9, n.z)));
 }
 
-// GGX reflection without its Fresnel factor, times nothing: D G2 / (4 |n.wo| |n.wi|).
+// GGX reflection without its Fresnel factor and without a cosine: D G2 / (4 |n.wo| |n.wi|).
 float ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha) {
     float n_o = dot(n, wo), n_i = dot(n, wi);
     if (n_o <= 0.0 || n_i <= 0.0) return 0.0;
@@ -134,8 +134,8 @@ vec3 followed_bsdf(Surface s, vec3 wo, vec3 wi) {
     return fresnel_schlick(s.f0, s.f90, cosine) * ggx_reflection(s.shading, wo, wi, s.alpha);
 }
 
-// A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. `weight` is G2 / G1 of the
-// later direction's masking, to be multiplied with the Fresnel factor.
+// A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. The sample's weight is
+// facet_weight times the Fresnel factor.
 vec3 sample_facet(Surface s, vec3 wo, vec2 u) {
     if (s.alpha < ALPHA_SMOOTH) return s.shading;
     vec3 t, b;

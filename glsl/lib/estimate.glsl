@@ -3,12 +3,12 @@
 // Dingliana 2009, equation 3 of Mara, Luebke and McGuire 2013).
 //
 // The footprint is an ellipse in the photon's tangent plane with a slab of SLAB longer semiaxes around it. A point is
-// projected along the photon's normal; the kernel over the ellipse times |N_x . N_photon| integrates to one over any
-// surface that lies in the slab, which the first paper's cut ellipsoid does only for planes. At a boundary it is folded
-// back.
+// projected along the photon's normal. The weight over the ellipse times |N_x . N_photon| integrates to one over any
+// surface that lies in the slab; that of the first paper's cut ellipsoid does so only over planes. At a boundary the
+// footprint is folded back (lib/fold.glsl).
 //
-// Define ESTIMATE_TOGETHER where the lanes of a subgroup look at the same photons: those that no lane needs cost less
-// then.
+// A kernel whose subgroups look at the same photons together defines ESTIMATE_TOGETHER: photons that no lane needs then
+// cost less.
 
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;
@@ -38,7 +38,7 @@ Estimate estimate_nothing() {
     return Estimate(vec3(0.0), vec3(0.0), 0.0, 0.0);
 }
 
-// Weight of a photon at the squared relative radius r2 < 1, in units of the constant kernel's.
+// Weight of a photon at the squared relative radius r2 < 1, over the weight that is constant.
 float radial_weight(float r2) {
     if (WEIGHT == WEIGHT_EPANECHNIKOV) return 2.0 * (1.0 - r2);
     if (WEIGHT == WEIGHT_CONE) {
@@ -59,7 +59,7 @@ bool slab_holds(Photon p, float height) {
     return height * height * inverse_longer2(p) < SLAB * SLAB;
 }
 
-// Weight of a photon at a place within its footprint, in units of the constant kernel's; 0 behind a boundary.
+// Weight of a photon at a place within its footprint, over the weight that is constant; 0 behind a boundary.
 float place_weight(Photon p, vec2 at) {
     float weight = radial_weight(min(dot(at, at), 1.0));
     if ((p.c.w & FOLD) == 0u) return weight;

@@ -2,11 +2,11 @@
 //
 // A photon is filed by its centre, at the level of its size: the half-extent of its footprint's box lies within a
 // factor of two below the level's radius (the last level takes the rest). A hit X has to see the photons of the level
-// whose centres lie in X +- radius. That none is missed rests on monotonicity alone: with p >= X - radius, rounding
+// whose centres lie in X +- radius. That none is missed follows from monotonicity alone: with p >= X - radius, rounding
 // gives p >= fl(X - radius), and multiplication by a common factor and floor keep the order, whatever they lose. So the
 // cells from floor((X - radius) scale) to floor((X + radius) scale) hold all of them, at any distance from the origin.
 
-// Bits of a cell's hash; fewer only to make tests meet cells that share one.
+// Bits of a cell's hash. Tests take fewer, so that cells share a hash.
 layout(constant_id = 23) const uint HASH_BITS = 28;
 
 const uint HASH_LEVELS = 16u; /// Levels of cells of the hash grid.
@@ -25,8 +25,8 @@ struct HashLevel {
     float scale;  // cells per unit of length; 0 if the whole level is one cell
 };
 
-// Coordinates along an axis as 20 bits: wrapped, and mixed with what wrapping takes away, so that far places do not
-// share cells systematically. `cell` is whole; every step is exact, or a mix of bits.
+// A coordinate along an axis as 20 bits: wrapped, and mixed with the bits that wrapping drops, so that far places do
+// not share cells systematically. `cell` is whole; every step is exact.
 uint hash_coordinate(float cell) {
     precise float high = floor(cell * 9.5367431640625e-7); // 2^-20
     precise float wrapped = cell - high * 1048576.0;
@@ -77,14 +77,15 @@ struct HashCell {
     vec3 size;
 };
 
-// From `low` to `high` are all footprints: that is the cell of a level that has one.
+// `low` and `high` bound all footprints: this box is the cell of a level that has a single one.
 HashCell hash_cell(HashLevel of, vec3 cell, vec3 low, vec3 high) {
     if (!(of.scale > 0.0)) return HashCell(low, min(high - low, vec3(3e38)));
     precise vec3 corner = cell / of.scale;
     return HashCell(corner, vec3(1.0 / of.scale));
 }
 
-// Another hash of a cell, independent of its key: places relative to a cell make sense to nobody who means another one.
+// Another hash of a cell, independent of its key. Places are relative to a cell, so a photon of another cell with the
+// same key must be told apart.
 uint hash_check(uvec3 c) {
     uint h = (c.x * 0x8da6b343u ^ (c.y + 0x7f4a7c15u) * 0xd8163841u) * 0x9e3779b1u;
     h = (h ^ h >> 15) + c.z * 0xcb1ab31fu;

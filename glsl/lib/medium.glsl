@@ -1,13 +1,13 @@
 // Media that surfaces enclose, and boundaries of glass. Include lib/bsdf.glsl and shared/photon.glsl before.
 
-// Whether the surface is the back of a volume's boundary: it was reached from inside of the volume, whatever a path knows of
-// its past.
+// Whether the surface is the back of a volume's boundary: it was reached from inside of the volume, whatever a path
+// knows of its past.
 bool is_leaving(Surface s) {
     return !s.front && (s.flags & MATERIAL_VOLUME) != 0u && is_glass(s);
 }
 
-// What a path that thinks itself in `medium` went through on its way to the surface; both are a material index + 1, or 0
-// outside of all media.
+// What a path that thinks itself in `medium` went through on its way to the surface; both are a material index + 1, or
+// 0 outside of all media.
 uint medium_inside(Surface s, uint medium) {
     return is_leaving(s) ? s.material + 1u : medium;
 }
@@ -18,7 +18,8 @@ uint medium_behind(Surface s, uint medium) {
     return s.front ? path_medium(s.material) : 0u;
 }
 
-// Ratio n_incident / n_transmitted of a boundary of glass for the direction of a ray that goes through; 1 for a thin sheet.
+// Ratio n_incident / n_transmitted of a boundary of glass for the direction of a ray that goes through; 1 for a thin
+// sheet.
 float transmission_eta(Surface s) {
     if ((s.flags & MATERIAL_VOLUME) == 0u) return 1.0;
     return s.front ? 1.0 / s.ior : s.ior;

@@ -1,9 +1,9 @@
 // Photon records of 20 bytes, and of 12 bytes relative to a box (after Mara, Luebke and McGuire 2013, section 4).
 //
-// What is lost: the ellipse becomes the disc of the same area, its radius one of 128 (256) steps between the smallest
-// and the largest of the pass, flux has 8 bits a channel below a shared exponent, the direction 7 bits an octahedral
-// axis, the normal 5, and in 12 bytes the position 10 bits an axis of the box. Half a step is the largest error of
-// each.
+// What is lost: the ellipse becomes the disc of the same area; its radius is one of 128 (in 12 bytes 256) steps between
+// the smallest and the largest of the pass. Flux has 8 bits for each channel below a shared exponent, the direction 7
+// bits for each octahedral axis, the normal 5, and in 12 bytes the position 10 bits for each axis of the box. The
+// largest error of each is half a step.
 //   20 bytes: position; flux; direction, normal, radius, class
 //   12 bytes: position and class; flux; direction, normal, radius
 

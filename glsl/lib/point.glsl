@@ -26,7 +26,7 @@ Point point_at(Surface s, vec3 to_eye) {
     return Point(s, to_eye, glossy ? vec3(1.0) : s.diffuse / PI, glossy, SMOOTH_NORMALS && s.shading != s.geometric);
 }
 
-// What the photon brings where its footprint has the kernel density `density` [1/area] at the point.
+// What the photon brings to a point where the weight over its footprint is `density` [1/area].
 vec3 photon_light(Photon p, Point x, float density) {
     vec3 light = uintBitsToFloat(p.b.xyz) * density;
     if (x.glossy || x.smooth_normal) {

@@ -1,6 +1,6 @@
-// Names of the numbers that keep random sequences apart: each is mixed into a seed where one sequence begins. Two that are
-// used with the same seed must differ; what they are does not matter otherwise. Constants that belong to a hash function
-// itself stand there (lib/sampling.glsl, lib/hash.glsl).
+// Names of the numbers that keep random sequences apart: each is mixed into a seed where one sequence begins. Two that
+// are used with the same seed must differ; what they are does not matter otherwise. Constants that belong to a hash
+// function itself stand there (lib/sampling.glsl, lib/hash.glsl).
 
 // Classes of photons, mixed into the seed of a pass.
 const uint SALT_CAUSTIC_PHOTONS = 0x9d2c5681u;

@@ -7,7 +7,7 @@ struct Reflection {
     float cosine;      // between facet and incoming ray
     vec3 fresnel;      // reflectance of the facet
     vec3 direction;
-    float chance;      // probability with which it is worth drawing: what it reflects; 0 into the surface
+    float chance;      // probability to draw it with: what it reflects; 0 if it points into the surface
 };
 
 // `eta` is the ratio of indices of a boundary of glass.
@@ -37,9 +37,9 @@ float lobe_density(Surface s, vec3 wo, vec3 facet) {
     return ggx_d(n_h, s.alpha) * g1 / (4.0 * max(dot(s.shading, wo), 1e-4));
 }
 
-// Probability with which the diffuse lobe is worth drawing: its albedo under the coat for a direction along the normal.
-// By the incoming angle the coat would be opaque at grazing angles, where it is not for the directions that follow, and
-// the few survivors would carry many times the flux.
+// Probability with which the diffuse lobe is drawn: its albedo under the coat for a direction along the normal. With
+// the coat's reflectance for the ray itself, few photons would survive at grazing angles, where the coat is nearly
+// opaque for the ray but not for the directions that follow, and each survivor would carry many times the flux.
 float diffuse_chance(Surface s, vec3 d) {
     float half_cosine = sqrt(0.5 + 0.5 * clamp(-dot(s.shading, d), 0.0, 1.0));
     return max_component(s.diffuse * (1.0 - fresnel_schlick(s.f0, s.f90, half_cosine)));

@@ -4,7 +4,7 @@
 //
 // Include shared/scene.glsl, shared/photon.glsl and lib/sampling.glsl before.
 
-// Reflectances below this lend no light: it could not be told from rounding.
+// Surfaces of a lower reflectance lend no light: theirs is within rounding.
 const float LENDS = 1e-20;
 
 // Light that leaves a Lambert surface is its arriving light times the hit's factor; that of others depends on the
@@ -13,8 +13,8 @@ bool lambert_hit(EyeHit hit) {
     return hit.d.y == 0u && hit.d.z == 0u;
 }
 
-// Width of a pixel [scene units] at a point, across the direction of sight; for hits seen by way of mirrors too small,
-// so that their neighbours are judged more strictly.
+// Width of a pixel [scene units] at a point, across the direction of sight. For hits seen by way of mirrors it is too
+// small, so that fewer neighbours count as similar.
 float pixel_width(vec3 position, Camera c) {
     float at_one = 2.0 * length(c.right) / float(c.width);
     return max(at_one * (c.orthographic != 0u ? 1.0 : distance(position, c.position)), 1e-30);

@@ -119,7 +119,7 @@ MaterialTexels material_texels(Material m, vec2 uv0, vec2 uv1) {
 }
 
 void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec3 map) {
-    // In the frame of the front: the bumps seen from the back are the same surface, its normal turned round as a whole.
+    // In the frame of the front: from the back the same bumps are seen, with all normals turned round.
     float side = s.front ? 1.0 : -1.0;
     vec3 front = side * s.shading;
     vec4 tangent = interpolate_tangent(at, b);

@@ -1,6 +1,6 @@
 // Tiles of the image: squares of 2^TILE_SHIFT pixels, and above them levels of tiles of twice the side, up to one that
-// is the whole band. A tile is known by what its eye hits span, never by the rays that found them: right for jitter and
-// lenses too.
+// is the whole band. A tile is known by what its eye hits span, not by the rays that found them: this holds with
+// jitter and lenses, too.
 
 layout(constant_id = 22) const uint TILE_SHIFT = 3;
 

@@ -13,9 +13,9 @@
 layout(constant_id = 30) const uint WALK_STRIDE = 1;    // k^2
 layout(constant_id = 31) const bool WALK_RATIO = false; // scale by listed / visited instead of by STRIDE
 
-/// Neighbouring hits that draw the same numbers: they visit the same photons of the lists that they share, so that
-/// loads
-// are uniform where the lanes of a subgroup work together. Each hit for itself is as random as with numbers of its own.
+/// Number of neighbouring hits that draw the same numbers. They visit the same photons of the lists that they share, so
+/// that loads are uniform where the lanes of a subgroup work together. For each hit alone the numbers are as random as
+/// numbers of its own.
 const uint WALK_TOGETHER = 8u;
 
 struct Walk {
@@ -67,9 +67,9 @@ bool walk_tries(Walk walk, uint i) {
     return WALK_STRIDE == 1u || unit_float(hash2(walk.random, i)) * float(WALK_STRIDE) < 1.0;
 }
 
-// Factor on the sums. STRIDE is unbiased. The paper's ratio is the same in the mean wherever a photon was visited at
-// all, and steadier; but lists of n photons lose the share (1 - 1 / STRIDE)^n of their light, because nothing may be
-// visited.
+// Factor on the sums. STRIDE is unbiased. The paper's ratio has the same mean where at least one photon was visited,
+// and less variance; but a list of n photons loses the share (1 - 1 / STRIDE)^n of its light, the probability that no
+// photon is visited.
 float walk_scale(Walk walk) {
     if (WALK_STRIDE == 1u) return 1.0;
     if (!WALK_RATIO) return float(WALK_STRIDE);

@@ -4,6 +4,7 @@ struct Aabb {
     vec3 max;
 };
 
+// Largest finite number.
 const float FLT_MAX = 3.402823466e38;
 
 // The box of nothing: the identity of the union.

@@ -21,11 +21,11 @@ struct BvhTriangle {
 
 // A child reference with this bit is a leaf: bits 0..26 first triangle, bits 27..30 number of triangles - 1.
 // Otherwise it is the index of an inner node.
-const uint BVH_LEAF = 0x80000000u;       // a child reference with this bit is a leaf
-const uint BVH_FIRST_MASK = 0x07ffffffu; // first item of a leaf, in leaf order
-const uint BVH_COUNT_SHIFT = 27u;        // where the count of a leaf reference begins
-const uint BVH_COUNT_ONE = 1u << BVH_COUNT_SHIFT; // one more item in a leaf reference
-const uint BVH_COUNT_MASK = 0x78000000u; // number of items of a leaf, less one
+const uint BVH_LEAF = 0x80000000u;       // A child reference with this bit is a leaf.
+const uint BVH_FIRST_MASK = 0x07ffffffu; // First item of a leaf, in leaf order.
+const uint BVH_COUNT_SHIFT = 27u;        // Where the count of a leaf reference begins.
+const uint BVH_COUNT_ONE = 1u << BVH_COUNT_SHIFT; // One more item in a leaf reference.
+const uint BVH_COUNT_MASK = 0x78000000u; // Number of items of a leaf, less one.
 
 // Deepest path from the root to a leaf, in edges, that a builder may make: the traversal stack has room for it.
 const uint BVH_MAX_DEPTH = 62u;

@@ -2,7 +2,7 @@
 // the children 2i and 2i + 1, node 1 is the root, and leaf j (node KNN_LEAVES + j) covers the photons KNN_LEAF * j and
 // on.
 
-const uint KNN_LEAF = 8u; // photons of a leaf
+const uint KNN_LEAF = 8u; // Photons of a leaf.
 
 struct KnnNode {
     // Corners of the box of the centres. w: longest reach of a caustic photon's footprint, and of any other photon's;

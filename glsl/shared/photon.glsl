@@ -4,12 +4,12 @@
 #include "shared/aabb.glsl"
 
 // State bits of a photon or an eye path.
-const uint PATH_MEDIUM_MASK = 0xffffu; // material index + 1 of the medium around it, 0 outside
-const uint PATH_DEPTH_SHIFT = 16u; // surfaces met
-const uint PATH_DEPTH_MASK = 0xffu; // of the shifted bits
-const uint PATH_DIFFUSE = 1u << 24;    // met a diffuse or rough glossy surface
-const uint PATH_SPECULAR = 1u << 25;   // met a specular surface
-const uint PATH_DIFFUSE_AGAIN = 1u << 26; // path tracing: met a second diffuse or rough glossy surface
+const uint PATH_MEDIUM_MASK = 0xffffu; // Material index + 1 of the medium around it, 0 outside.
+const uint PATH_DEPTH_SHIFT = 16u; // Lowest bit of the number of surfaces met.
+const uint PATH_DEPTH_MASK = 0xffu; // After the shift.
+const uint PATH_DIFFUSE = 1u << 24;    // Met a diffuse or rough glossy surface.
+const uint PATH_SPECULAR = 1u << 25;   // Met a specular surface.
+const uint PATH_DIFFUSE_AGAIN = 1u << 26; // Path tracing: met a second diffuse or rough glossy surface.
 
 // Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
 const uint EYE_HIT_BENT = 0x80000000u;
@@ -26,7 +26,7 @@ uint path_medium(uint material) {
 
 // Stored photon, 64 bytes: four vec4 loads in the gather.
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
-//   c: dual vector u, fold (lib/fold.glsl) d: dual vector v, 1 / kernel area, negative for caustic photons
+//   c: dual vector u, fold (lib/fold.glsl) d: dual vector v, 1 / area, negative for caustic photons
 // Dual vectors measure an offset in units of the footprint's semiaxes.
 //
 // A light vertex, which is connected to the camera, is a photon without a footprint:
@@ -39,9 +39,9 @@ struct Photon {
     uvec4 d;
 };
 
-const uint PACKED_WORDS = 5u; // words of a packed photon of 20 bytes (lib/packed_photon.glsl)
+const uint PACKED_WORDS = 5u; // Words of a packed photon of 20 bytes (lib/packed_photon.glsl).
 
-const float SLAB = 0.5; // half thickness of a footprint, in units of its longer semiaxis
+const float SLAB = 0.5; // Half thickness of a footprint, in units of its longer semiaxis.
 
 // One over the square of the longer semiaxis.
 float inverse_longer2(Photon p) {

@@ -1,8 +1,8 @@
 // Scene data that host and kernels share. Conventions (radiometric units, sides, textures) as in src/scene/mod.rs.
 
-const uint MATERIAL_VOLUME = 1u; // the surface encloses a medium
-const uint MATERIAL_UNLIT = 2u;  // shows its colour and takes no light
-const uint NO_TEXTURE = 0xffffffffu;
+const uint MATERIAL_VOLUME = 1u; // The surface encloses a medium.
+const uint MATERIAL_UNLIT = 2u;  // Shows its colour and takes no light.
+const uint NO_TEXTURE = 0xffffffffu; // In place of an index of TextureUse.
 
 struct Material {
     vec3 base_color;
@@ -27,14 +27,14 @@ struct Material {
     float light_density;  // probability per area with which a point of the front is chosen as a light's; 0: no light
 };
 
-const uint WRAP_REPEAT = 0u;
-const uint WRAP_CLAMP = 1u;
-const uint WRAP_MIRROR = 2u;
-const uint WRAP_MASK = 3u;    // bits 0 and 1 of the flags: WRAP_* in u
-const uint WRAP_V_SHIFT = 2u; // bits 2 and 3: WRAP_* in v
-const uint TEXTURE_LINEAR = 16u;
-const uint TEXTURE_SRGB = 32u;
-const uint TEXTURE_UV1 = 64u;
+const uint WRAP_REPEAT = 0u; // The texture repeats.
+const uint WRAP_CLAMP = 1u;  // Its edge goes on.
+const uint WRAP_MIRROR = 2u; // It repeats, every second time mirrored.
+const uint WRAP_MASK = 3u;    // Bits 0 and 1 of the flags: WRAP_* in u.
+const uint WRAP_V_SHIFT = 2u; // Bits 2 and 3: WRAP_* in v.
+const uint TEXTURE_LINEAR = 16u; // Bilinear interpolation; nearest texel otherwise.
+const uint TEXTURE_SRGB = 32u; // Texels are encoded in sRGB.
+const uint TEXTURE_UV1 = 64u; // Coordinates of the second set.
 
 struct TextureUse {
     uint first_texel; // RGBA8 words in `texels`
@@ -45,11 +45,11 @@ struct TextureUse {
     vec3 row_v;
 };
 
-const uint LIGHT_POINT = 0u;
-const uint LIGHT_SPOT = 1u;
-const uint LIGHT_DIRECTIONAL = 2u;
-const uint LIGHT_TRIANGLE = 3u;
-const uint LIGHT_ENVIRONMENT = 4u;
+const uint LIGHT_POINT = 0u; // From a point in all directions.
+const uint LIGHT_SPOT = 1u; // From a point into a cone.
+const uint LIGHT_DIRECTIONAL = 2u; // Parallel light.
+const uint LIGHT_TRIANGLE = 3u; // The front of an emissive triangle.
+const uint LIGHT_ENVIRONMENT = 4u; // Light from infinity, by direction.
 
 struct Light {
     vec3 position;       // point, spot

@@ -17,6 +17,6 @@ layout(set = 0, binding = 19, scalar) readonly buffer Depths { float depths[]; }
 void main() {
     uvec2 at = uvec2(gl_FragCoord.xy) + uvec2(0u, params.first_row);
     uint index = pixel_index(at, camera[0].width, camera[0].height), first = camera[0].first_pixel;
-    // What is not of the band is as good as without a hit.
+    // A pixel outside of the band counts as one without a hit.
     gl_FragDepth = index >= first && index - first < camera[0].pixels ? depths[index - first] : 1.0;
 }

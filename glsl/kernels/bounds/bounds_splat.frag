@@ -1,5 +1,5 @@
-// What one photon brings to the eye hit of one pixel, to be added up by blending. Depths have seen to it that the pixel
-// has a hit in its place.
+// What one photon brings to the eye hit of one pixel, to be added up by blending. The depth test
+// has dropped pixels without a hit in this place.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

@@ -1,6 +1,6 @@
 // Boxes from the items up: every item climbs, and at each node the first of the two children to arrive ends, the second
-// goes on with the union. Nobody waits. What the first has written is visible to the second: it is written before a
-// barrier before the atomic addition, and read after a barrier after it.
+// goes on with the union. No invocation waits. What the first has written is visible to the second: barriers stand
+// between the writing and the atomic addition, and between the addition and the reading.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -35,7 +35,7 @@ void main() {
             nodes[node].min1 = vec4(box.min, 0.0);
             nodes[node].max1 = vec4(box.max, 0.0);
         } else {
-            // Whole vectors are cheaper than three words, and nobody changes the references by now.
+            // Whole vectors are cheaper than three words, and the references do not change any more.
             nodes[node].min0 = vec4(box.min, nodes[node].min0.w);
             nodes[node].max0 = vec4(box.max, nodes[node].max0.w);
         }

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;
-layout(constant_id = 22) const bool PATH = false; // path tracing: the path came by gathered lobes, too
+layout(constant_id = 22) const bool PATH = false; // path tracing: gathered lobes continue paths, too
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };

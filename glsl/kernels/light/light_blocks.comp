@@ -1,4 +1,4 @@
-// Sums of whole blocks of the sorted splats, whatever their keys, so that no invocation of light_sum has a long loop.
+// Sums of whole blocks of the sorted splats, whatever their keys, so that the loops of light_sum are short.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -14,7 +14,7 @@ layout(set = 0, binding = 19, scalar) writeonly buffer Blocks { vec4 blocks[]; }
 void main() {
     uint block = linear_id();
     uint end = (block + 1u) * BLOCK;
-    if (end > count[0]) return; // what is not whole is never asked for
+    if (end > count[0]) return; // light_sum reads whole blocks only
     vec3 sum = vec3(0.0);
     for (uint i = end - BLOCK; i < end; ++i) sum += splats[order[i]].xyz;
     blocks[block] = vec4(sum, 0.0);

@@ -13,11 +13,12 @@ layout(set = 0, binding = 0, scalar) readonly buffer Nodes { BvhNode nodes[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Triangles { BvhTriangle triangles[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 17, scalar) buffer Photons { Photon photons[]; };
-// What is partly cut away by a mask bounds nothing.
+// Surfaces that a mask partly cuts away do not end footprints.
 #define TRACE_ACCEPT(triangle, barycentrics) false
 #include "lib/traverse.glsl"
 
-// Height of the rays over the surface in longer semiaxes: over its roughness, and under whatever matters at this size.
+// Height of the rays over the surface in longer semiaxes: above its roughness, and below objects that matter at this
+// size.
 const float LIFT = 0.01;
 // A line that touches the unit circle at 45 degrees between two rays is met at this length.
 const float RAY_LENGTH = 1.4142;

@@ -29,7 +29,8 @@ use crate::constants::{WEIGHT_CONE, WEIGHT_CONSTANT, WEIGHT_EPANECHNIKOV};
 use crate::graph::{Buf, DispatchArgs};
 use crate::kernels::generated::{Camera, EyeHit, Pass};
 
-/// Kernel of the density estimate: weight of a photon within its footprint. Each integrates to one.
+/// Weight of a photon within its footprint: the kernel of density estimation, called so to tell it from programs. Each
+/// integrates to one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Weight {
     /// Equal everywhere: sharper, noisier.
@@ -61,7 +62,7 @@ pub struct Program {
     pub smooth_normals: bool,
     /// Glossy lobes after Blinn and Phong instead of GGX.
     pub blinn_phong: bool,
-    /// Kernel.
+    /// Weight of a photon within its footprint.
     pub weight: Weight,
     /// Leaves the number of photons tested in the fourth component of the caustic light, and of those that counted in
     /// that of the other light: for measurements. Otherwise both are 0.

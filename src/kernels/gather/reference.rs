@@ -2,7 +2,7 @@
 //! it.
 
 use super::Weight;
-use crate::constants::{SAME_SURFACE, SLAB};
+use crate::constants::{FOLD, SAME_SURFACE, SLAB};
 use crate::kernels::generated::{Aabb, EyeHit, Photon};
 
 /// A photon with an elliptic footprint.
@@ -66,7 +66,7 @@ pub fn gather(hits: &[EyeHit], photons: &[Photon], weight: Weight) -> Vec<[[f64;
     hits.iter().map(one).collect()
 }
 
-/// Kernel density [1/area] of a photon's footprint at a hit, on the hit's surface.
+/// Weight [1/area] of a photon's footprint at a hit, on the hit's surface.
 pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     let offset: [f64; 3] = std::array::from_fn(|k| float(hit.a[k]) - float(photon.a[k]));
     let along = |words: &[u32; 4]| (0..3).map(|k| offset[k] * float(words[k])).sum::<f64>();
@@ -100,7 +100,7 @@ pub(super) fn longer_semiaxis(photon: &Photon) -> f64 {
 /// A boundary as it is stored (fold_encode of glsl/lib/fold.glsl).
 pub fn fold_encode(n: [f32; 2], reach: f32) -> u32 {
     let [x, y] = n.map(|x| ((x * 511.0).round() + 512.0) as u32);
-    0x8000_0000 | ((reach * 2048.0) as u32).min(2047) << 20 | x << 10 | y
+    FOLD | ((reach * 2048.0) as u32).min(2047) << 20 | x << 10 | y
 }
 
 fn fold_decode(fold: u32) -> Option<([f64; 2], f64)> {
@@ -108,10 +108,10 @@ fn fold_decode(fold: u32) -> Option<([f64; 2], f64)> {
     let (x, y) = (component(10), component(0));
     let length = x.hypot(y);
     let reach = (f64::from((fold >> 20) & 2047) + 0.5) / 2048.0;
-    (fold >> 31 == 1).then_some(([x / length, y / length], reach))
+    (fold & FOLD != 0).then_some(([x / length, y / length], reach))
 }
 
-/// Weight at the squared relative radius `r2` <= 1 over the constant kernel's.
+/// Weight at the squared relative radius `r2` <= 1, over the weight that is constant.
 pub(super) fn shape(weight: Weight, r2: f64) -> f64 {
     match weight {
         Weight::Constant => 1.0,
@@ -166,9 +166,9 @@ pub fn oct_decode(bits: u32) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Each kernel integrates to one over the footprint, on its own plane and on one that is tilted by 30 degrees.
+    /// Each weight integrates to one over the footprint, on its own plane and on one that is tilted by 30 degrees.
     #[test]
-    fn kernels_integrate_to_one() {
+    fn weights_integrate_to_one() {
         for tilt in [0.0f32, 0.5] {
             let normal = [tilt.sin(), 0.0, tilt.cos()];
             let disc = Disc {
