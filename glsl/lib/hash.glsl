@@ -12,6 +12,7 @@ layout(constant_id = 23) const uint HASH_BITS = 28;
 const uint HASH_LEVELS = 16u; /// Levels of cells of the hash grid.
 const uint HASH_NONE = 0xffffffffu; /// No key of the hash grid.
 const uint HASH_LEVEL_SHIFT = 28u; /// Bits of a key below its level: the hash of a cell.
+const uint HASH_GREATEST = (1u << HASH_LEVEL_SHIFT) - 2u; /// Greatest hash of a cell, so that no key is HASH_NONE.
 
 // A slot of the table: an empty one has HASH_NONE for a key.
 struct HashSlot {
@@ -68,7 +69,7 @@ uint hash_wide(uvec2 k) {
 uint hash_key(uint level, uvec3 c) {
     uvec2 cell = uvec2(c.x | c.y << 20, c.y >> 12 | c.z << 8 | level << 28);
     uint hash = hash_wide(cell) & ((1u << HASH_BITS) - 1u);
-    return level << HASH_LEVEL_SHIFT | min(hash, 0x0ffffffeu); // never HASH_NONE
+    return level << HASH_LEVEL_SHIFT | min(hash, HASH_GREATEST);
 }
 
 // Corner and size of a cell, for places relative to it.

@@ -4,13 +4,11 @@ use std::time::Instant;
 
 use super::host_sort::sort_pairs;
 use super::{Effort, Floor, MEASURED, Rate, Yardstick, median, splats, time};
+use crate::constants::MULTIPLICATIONS;
 use crate::error::Result;
 use crate::graph::{Grid, Persistent, Runtime};
 use crate::kernels::generated::{BenchMultiply, BenchMultiplyBindings, BenchMultiplyParams};
 use crate::kernels::{Items, scan, sort};
-
-/// Multiplications of one invocation (glsl/kernels/bench/bench_multiply.comp).
-const MULTIPLICATIONS: u32 = 4096;
 
 /// Bytes per item of a scan in three dispatches: read twice, written once.
 const SCAN_BYTES: f64 = 12.0;

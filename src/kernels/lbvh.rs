@@ -8,7 +8,7 @@
 //! About 340 bytes per box. The codes are the same bits on every device, in every unit of length.
 
 use super::compact::dispatch_args;
-use super::generated::{Aabb, BvhNode};
+use super::generated::{Aabb, BvhNode, LBVH_BOXES_INFO, LBVH_LINKS_INFO, LBVH_PACK_INFO};
 use super::generated::{LbvhBoxes, LbvhBoxesBindings, LbvhBoxesParams};
 use super::generated::{LbvhCodes, LbvhCodesBindings, LbvhCodesParams};
 use super::generated::{LbvhCount, LbvhCountBindings, LbvhCountParams};
@@ -115,8 +115,8 @@ fn link(
     let mut links = g.buffer("lbvh_links", capacity + inner_capacity(capacity));
     let mut arrivals = g.buffer("lbvh_arrivals", inner_capacity(capacity));
     let mut kept = g.buffer("lbvh_kept", inner_capacity(capacity));
-    let per_node = dispatch_args(g, inner, inner_capacity(capacity), 256);
-    let per_item = dispatch_args(g, &tree.counts, capacity, 256);
+    let per_node = dispatch_args(g, inner, inner_capacity(capacity), LBVH_LINKS_INFO.local_size[0]);
+    let per_item = dispatch_args(g, &tree.counts, capacity, LBVH_BOXES_INFO.local_size[0]);
     g.dispatch(
         LbvhLinks { leaf_items: options.leaf_items, end_flags: options.leaf_items > COUNTED_LEAF },
         Grid::Indirect(&per_node),
@@ -154,7 +154,7 @@ fn pack(g: &mut Graph, inner: &Buf<u32>, kept: &Buf<u32>, tree: &mut Lbvh) {
     let (mut places, mut kept_count) = (g.buffer("lbvh_places", capacity), g.buffer("lbvh_kept_count", 1));
     scan::exclusive(g, Items::Counted(inner), kept, &mut places, &mut kept_count);
     let mut packed = g.buffer("lbvh_packed", capacity);
-    let per_node = dispatch_args(g, inner, capacity, 256);
+    let per_node = dispatch_args(g, inner, capacity, LBVH_PACK_INFO.local_size[0]);
     g.dispatch(
         LbvhPack,
         Grid::Indirect(&per_node),

@@ -77,7 +77,7 @@ impl Tiling {
             DeviceClass::Cpu => (64, 64),
             DeviceClass::Gpu => (8, 1024),
         };
-        Self { items, groups: capacity.div_ceil(256 * items).clamp(1, most) }
+        Self { items, groups: capacity.div_ceil(generated::SCAN_REDUCE_INFO.local_size[0] * items).clamp(1, most) }
     }
 
     /// The grid.

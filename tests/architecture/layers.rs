@@ -30,7 +30,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("graph::run", &["graph::declare", "graph::draw", "graph::plan", "graph::trace", "vk", "error"]),
     ("kernels", &["constants", "graph::declare", "graph::draw", "graph::raster", "graph::windows", "draw_state"]),
     ("render", &["constants", "kernels", "graph", "scene", "film", "picture", "vk", "error"]),
-    ("bench", &["draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
+    ("bench", &["constants", "draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
     // A study opens sessions, which takes the graph's runtime.
     ("study", &["fit", "plot", "render", "graph", "scene", "picture", "compare", "error"]),
     (

@@ -6,6 +6,9 @@
 #include "lib/linear_id.glsl"
 layout(local_size_x = 64) in;
 
+const uint ROUNDS = 128u;
+const uint MULTIPLICATIONS = ROUNDS * 32u; /// Multiplications of an invocation.
+
 layout(push_constant, scalar) uniform Params { uint count; float factor; } params;
 layout(set = 0, binding = 0, scalar) writeonly buffer Products { float products[]; };
 
@@ -13,8 +16,8 @@ void main() {
     uint index = linear_id();
     if (index >= params.count) return;
     vec4 a = vec4(index, index + 1u, index + 2u, index + 3u), b = a + 4.0;
-    // 128 times 32 multiplications (MULTIPLICATIONS in src/bench/primitives.rs).
-    for (uint i = 0u; i < 128u; ++i) {
+    // Eight times four multiplications a round.
+    for (uint i = 0u; i < ROUNDS; ++i) {
         a *= params.factor;
         b *= params.factor;
         a *= params.factor;

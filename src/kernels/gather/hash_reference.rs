@@ -1,7 +1,7 @@
 //! The specification of the hash grid's filing ([`mod@super::hash`]).
 
 use super::hash::{HASH_BITS, LEVELS, NONE};
-use crate::constants::{HASH_LARGE, HASH_SMALL, HASH_WIDER};
+use crate::constants::{HASH_GREATEST, HASH_LARGE, HASH_SMALL, HASH_WIDER};
 use crate::kernels::generated::{Aabb, HashLevel, Photon};
 use crate::kernels::reduce::is_valid;
 
@@ -58,7 +58,7 @@ pub fn wang(mut k: u64) -> u32 {
 pub fn key(level: u32, place: [f32; 3], of: HashLevel, hash_bits: u32) -> u32 {
     let [x, y, z] = place.map(|p| u64::from(coordinate((p * of.scale).floor())));
     let hash = wang(x | y << 20 | z << 40 | u64::from(level) << 60) & ((1 << hash_bits) - 1);
-    level << HASH_BITS | hash.min(0x0fff_fffe)
+    level << HASH_BITS | hash.min(HASH_GREATEST)
 }
 
 /// The cells along an axis that a hit at `x` meets, ascending.
