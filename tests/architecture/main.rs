@@ -5,6 +5,7 @@ mod support;
 
 mod assets;
 mod features;
+mod glsl;
 mod layers;
 mod lengths;
 mod tools;
