@@ -14,6 +14,7 @@ const MOST_COLUMNS: usize = 120;
 /// Files and folders in which every line has at most [`MOST_COLUMNS`] columns. The aim is all of src, glsl and tests.
 const NARROW: &[&str] = &[
     "glsl/",
+    "src/bench/",
     "src/compare/",
     "src/constants.rs",
     "src/draw_state.rs",
@@ -26,6 +27,14 @@ const NARROW: &[&str] = &[
     "src/shader/",
     "src/vk/",
     "tests/architecture/",
+    "tests/cli/",
+    "tests/extremes/",
+    "tests/kernels/",
+    "tests/render/",
+    "tests/scene/",
+    "tests/study/",
+    "tests/support/",
+    "tests/vk/",
 ];
 
 /// Name and number of lines of each function in a file that rustfmt has laid out; those on one line are left out.

@@ -42,7 +42,8 @@ impl Harness {
         Self { runtime: device::runtime() }
     }
 
-    /// Whether kernels may use memory barriers where invocations diverge ([`nephroid::low_level::kernels::lbvh::Options`]).
+    /// Whether kernels may use memory barriers where invocations diverge
+    /// ([`nephroid::low_level::kernels::lbvh::Options`]).
     pub fn fences(&self) -> bool {
         self.runtime.device().loop_limit().is_none()
     }

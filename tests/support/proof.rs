@@ -9,8 +9,8 @@ thread_local! {
     static RAN: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
 }
 
-/// Notes what a plan runs, by its text ([`nephroid::low_level::graph::Plan::dump`], [`nephroid::low_level::render::Session::plan_text`]).
-/// Every test helper that runs a plan calls it afterwards.
+/// Notes what a plan runs, by its text ([`nephroid::low_level::graph::Plan::dump`],
+/// [`nephroid::low_level::render::Session::plan_text`]). Every test helper that runs a plan calls it afterwards.
 pub fn ran(plan: &str) {
     let planned = plan.split("\nculled\n").next().unwrap_or_default().split("\nmemory\n").next().unwrap_or_default();
     RAN.with_borrow_mut(|ran| {

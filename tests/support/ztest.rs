@@ -1,8 +1,8 @@
 //! Z-test of many estimates against expected values: are the differences what chance allows?
 //!
-//! Each value is one two-sided test of z = (found - expected) / error. Of n tests at once the smallest p-value is compared
-//! with the level of Sidak 1967, 1 - (1 - significance)^(1/n), at which n independent tests of correct values fail all
-//! together with the probability `significance`. Mitsuba's tests of renderings do the same.
+//! Each value is one two-sided test of z = (found - expected) / error. Of n tests at once the smallest p-value is
+//! compared with the level of Sidak 1967, 1 - (1 - significance)^(1/n), at which n independent tests of correct values
+//! fail all together with the probability `significance`. Mitsuba's tests of renderings do the same.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -19,10 +19,11 @@ pub struct ZTest {
     pub passed: bool,
 }
 
-/// Tests `found` with its `standard_error` against `expected` with its `expected_error` (one standard deviation each, 0:
-/// exact; the errors are independent). `significance` is the probability with which correct values fail.
+/// Tests `found` with its `standard_error` against `expected` with its `expected_error` (one standard deviation each,
+/// 0: exact; the errors are independent). `significance` is the probability with which correct values fail.
 ///
-/// A value without any error passes where it is exactly the expected one; what is not a number, and a negative error, fail.
+/// A value without any error passes where it is exactly the expected one; what is not a number, and a negative error,
+/// fail.
 ///
 /// # Panics
 /// If the slices differ in length.
