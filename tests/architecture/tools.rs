@@ -8,11 +8,18 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::support::repository;
+use crate::support::{self, repository};
 
 /// What a run of the tests needs on Debian beside a compiler.
-const PACKAGES: [&str; 6] =
-    ["libvulkan1", "libshaderc-dev", "glslang-dev", "spirv-tools", "vulkan-validationlayers", "mesa-vulkan-drivers"];
+const PACKAGES: [&str; 7] = [
+    "libvulkan1",
+    "libshaderc-dev",
+    "glslang-dev",
+    "spirv-tools",
+    "vulkan-validationlayers",
+    "shellcheck",
+    "mesa-vulkan-drivers",
+];
 
 /// A machine made of shell scripts.
 struct Machine {
@@ -38,6 +45,7 @@ impl Machine {
         machine.command("git", "exit 0");
         machine.command("python3", "exit 0");
         machine.command("c++", "exit 0");
+        machine.command("shellcheck", "exit 0");
         for tool in [
             "bash", "sh", "dirname", "mkdir", "sed", "grep", "tr", "sort", "head", "tail", "cut", "cat", "rm",
             "mktemp", "env", "chmod", "date", "find", "ls", "sleep", "tee", "wc",
@@ -112,7 +120,7 @@ fn without_root_the_exact_command_is_printed_and_the_code_is_3() {
         }
         let output = machine.setup(false);
         let expected = "\n    sudo apt-get update && sudo apt-get install -y --no-install-recommends \
-                        libshaderc-dev mesa-vulkan-drivers spirv-tools\n";
+                        libshaderc-dev mesa-vulkan-drivers shellcheck spirv-tools\n";
         assert_eq!(output.status.code(), Some(3), "{}", words(&output));
         assert!(words(&output).contains(expected), "{}", words(&output));
         assert_eq!(machine.apt_calls(), Vec::<String>::new(), "nothing may be installed");
@@ -121,7 +129,7 @@ fn without_root_the_exact_command_is_printed_and_the_code_is_3() {
 
 #[test]
 fn root_installs_what_is_missing_and_nothing_else() {
-    let machine = Machine::debian(0, &["libvulkan1", "spirv-tools"]);
+    let machine = Machine::debian(0, &["libvulkan1", "spirv-tools", "shellcheck"]);
     let output = machine.setup(true);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     assert_eq!(machine.apt_calls(), ["install -y --no-install-recommends mesa-vulkan-drivers vulkan-validationlayers"]);
@@ -129,7 +137,7 @@ fn root_installs_what_is_missing_and_nothing_else() {
 
 #[test]
 fn sudo_without_a_password_installs_and_the_backports_are_taken() {
-    let machine = Machine::debian(1000, &["libvulkan1", "spirv-tools", "vulkan-validationlayers"]);
+    let machine = Machine::debian(1000, &PACKAGES[..6]);
     machine.command("sudo", "[ \"$1\" = -n ] && exit 0\nexec \"$@\"");
     machine
         .command("apt-cache", "echo '  Candidate: 22.3.6-1'\necho '  100 http://mirror bookworm-backports/main amd64'");
@@ -140,7 +148,7 @@ fn sudo_without_a_password_installs_and_the_backports_are_taken() {
 
 #[test]
 fn package_lists_are_fetched_only_where_a_package_is_unknown() {
-    let machine = Machine::debian(0, &["libvulkan1", "spirv-tools", "vulkan-validationlayers"]);
+    let machine = Machine::debian(0, &PACKAGES[..6]);
     machine.command("apt-cache", "echo '  Candidate: (none)'");
     assert_eq!(machine.setup(true).status.code(), Some(0));
     assert_eq!(machine.apt_calls(), ["update", "install -y --no-install-recommends mesa-vulkan-drivers"]);
@@ -152,7 +160,7 @@ fn a_complete_system_is_left_alone_and_a_chosen_driver_is_a_driver() {
     let output = machine.setup(true);
     assert_eq!((output.status.code(), words(&output)), (Some(0), String::new()));
 
-    let without_driver = Machine::debian(1000, &PACKAGES[..5]);
+    let without_driver = Machine::debian(1000, &PACKAGES[..6]);
     assert_eq!(without_driver.setup(true).status.code(), Some(3));
     let output =
         without_driver.setup_command(true).env("VK_DRIVER_FILES", "/some/driver.json").output().expect("bash starts");
@@ -166,6 +174,45 @@ fn a_build_from_source_is_announced_in_one_line() {
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     assert_eq!(words(&output).lines().count(), 1);
     assert!(words(&output).contains("15 CPU minutes"), "{}", words(&output));
+}
+
+/// The real ar takes the name of an archive up to a space. Whoever keeps the repository in `a folder` may have a file `a`.
+#[test]
+fn libraries_are_merged_in_a_folder_with_a_space_and_no_other_file_is_touched() {
+    let machine = Machine::debian(1000, &PACKAGES);
+    let real = |tool: &str| ["/usr/bin", "/bin"].iter().map(|at| Path::new(at).join(tool)).find(|path| path.exists());
+    let Some(ar) = real("ar") else { return support::skip("merging libraries needs ar") };
+    fs::remove_file(machine.path("bin/ar")).expect("a fake");
+    symlink(&ar, machine.path("bin/ar")).expect("a link");
+    for tool in ["cp", "ln", "mv"] {
+        symlink(real(tool).expect("a standard tool"), machine.path("bin").join(tool)).expect("a link");
+    }
+    // A probe links against an archive that holds both members.
+    machine.command(
+        "cc",
+        "case $1 in -print-file-name=*) echo /lib/libstdc++.so; exit ;; -print-multiarch) exit ;; esac
+         grep -q one.o \"$2\" && grep -q two.o \"$2\" && printf '#!/bin/sh\\n' >\"$4\" && chmod 755 \"$4\"",
+    );
+    let sdk = machine.path("an sdk/lib");
+    fs::create_dir_all(&sdk).expect("a folder");
+    for (archive, member) in [("libshaderc_combined.a", "one.o"), ("libglslang.a", "two.o")] {
+        fs::write(sdk.join(member), member).expect("a member");
+        let made = Command::new(&ar).arg("rc").arg(sdk.join(archive)).arg(sdk.join(member)).status().expect("ar");
+        assert!(made.success());
+    }
+    fs::write(machine.path("a"), "mine").expect("a file of someone else");
+    let mut setup = machine.setup_command(false);
+    setup.env("CARGO_TARGET_DIR", machine.path("a target")).env("VULKAN_SDK", machine.path("an sdk"));
+    let output = setup.output().expect("bash starts");
+    assert_eq!((output.status.code(), words(&output)), (Some(0), String::new()));
+    let merged = fs::read(machine.path("a target/shaderc/libshaderc_combined.a")).expect("an archive");
+    assert!(merged.starts_with(b"!<arch>"));
+    assert_eq!(fs::read_to_string(machine.path("a")).expect("still there"), "mine");
+    let names: Vec<_> = fs::read_dir(machine.path("a target/shaderc"))
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
+        .collect();
+    assert_eq!(names.len(), 2, "the archive and where it is from: {names:?}");
 }
 
 #[test]
@@ -238,6 +285,7 @@ fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
         names,
         [
             "format",
+            "shell scripts",
             "clippy",
             "the library alone",
             "build",

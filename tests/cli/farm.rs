@@ -96,6 +96,31 @@ fn the_job_template_renders_parts_and_merges_them() {
     assert_eq!(film_file::read(&out.join("box.exr")).expect("a film").film, expected);
 }
 
+/// Numbers that come from outside are numbers, and not what a shell makes of them.
+#[test]
+fn the_slurm_script_evaluates_no_variable() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |passes: &str, per_task: &str, task: Option<&str>| {
+        let mut command = Command::new("bash");
+        command.arg(script("nephroid.slurm")).current_dir(folder.path()).env_remove("SLURM_ARRAY_TASK_ID");
+        command.env("SCENE", "a.gltf").env("OUTPUT", "out").env("PASSES", passes).env("PASSES_PER_TASK", per_task);
+        command.env("FLAGS", "--aov *").env("NEPHROID", "echo").envs(task.map(|task| ("SLURM_ARRAY_TASK_ID", task)));
+        command.output().expect("bash starts")
+    };
+    for wrong in ["0", "", "-1", "08", "1e3", "x", "1 2", "99999999999999999999", "a[$(touch harm)]", "$(touch harm)"] {
+        for output in [run(wrong, "2", Some("0")), run("5", wrong, None), run("5", "2", Some(wrong))] {
+            // A default stands for no value, and no task is the merge; a task may be 0.
+            let is_default = wrong.is_empty() || wrong == "0";
+            assert!(!output.status.success() || is_default, "{wrong}: {}", words(&output));
+        }
+        assert!(!run(wrong, "2", Some("0")).status.success(), "{wrong}");
+    }
+    assert!(words(&run("5", "0", None)).contains("PASSES_PER_TASK is no whole number from 1 to 999999999: 0"));
+    assert!(!folder.path().join("harm").exists());
+    let output = String::from_utf8(run("5", "2", Some("1")).stdout).expect("UTF-8");
+    assert!(output.contains("--pass-range 2..4") && output.contains("--aov * "), "no pattern of files: {output}");
+}
+
 #[test]
 fn the_slurm_script_renders_parts_and_merges_them() {
     let program = Program::new();
