@@ -7,17 +7,18 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, Write};
+use std::io::{BufReader, Seek, Write};
 use std::path::Path;
 
-use ::exr::meta::MetaData;
-use ::exr::prelude::{AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, LineOrder};
+use ::exr::prelude::{AnyChannel, AttributeValue, Blocks, Compression, Encoding, FlatSamples, LineOrder};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::error::{Error, Result};
+use crate::input::exr::{Part, Reader};
+use crate::input::{self, Fault};
 use crate::picture::exr::{self, Metadata, Value};
 use crate::picture::image::Picture;
 
@@ -289,36 +290,56 @@ fn channel_name(sum: &str, word: usize) -> String {
 /// # Errors
 /// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged or holds no film.
 pub fn read_about(path: &Path) -> Result<About> {
-    Ok(open(path)?.1)
+    Ok(open(path)?.about)
 }
 
-fn open(path: &Path) -> Result<(BufReader<File>, About)> {
-    let (mut input, bytes) = exr::open(path)?;
-    exr::check_size(&mut input, bytes, path)?;
-    input.rewind().map_err(|source| Error::io(path, "read", source))?;
-    let meta = exr::guarded(path, || MetaData::read_from_buffered(&mut input as &mut dyn Read, false))?;
-    input.rewind().map_err(|source| Error::io(path, "read", source))?;
-    let header = meta.headers.first().ok_or_else(|| Error::scene(path, "no picture"))?;
-    let json = header.own_attributes.other.iter().find_map(|(name, value)| match value {
+/// An open film file.
+struct Opened {
+    file: Reader<BufReader<File>>,
+    length: u64,
+    about: About,
+}
+
+fn open(path: &Path) -> Result<Opened> {
+    let opened = || {
+        let (source, length) = input::open(path)?;
+        Ok((Reader::new(source, length)?, length))
+    };
+    let (file, length) = opened().map_err(|fault: Fault| fault.at(path))?;
+    let json = file.header(0).own_attributes.other.iter().find_map(|(name, value)| match value {
         AttributeValue::Text(text) if exr::string(name) == exr::PREFIX.to_owned() + KEY => Some(exr::string(text)),
         _ => None,
     });
     let json = json.ok_or_else(|| {
         Error::scene(path, "a picture without a film: only checkpoints, parts and merged films can be gone on with")
     })?;
+    let mut about = parse_about(&json, path)?;
+    // Sides of a part are below 2^20.
+    about.size = file.parts()[0].data.size.map(|side| side as u32);
+    Ok(Opened { file, length, about })
+}
+
+/// Passes of a film. Some sums run over them, and a million a day for two months is more than anyone renders.
+const MOST_PASSES: u64 = 1 << 26;
+
+/// The description of a film, with every number in the range that the program relies on.
+fn parse_about(json: &str, path: &Path) -> Result<About> {
     let damaged = |cause: &str| Error::scene(path, format!("the description of its film is damaged: {cause}"));
-    let mut about: About = serde_json::from_str(&json).map_err(|cause| damaged(&cause.to_string()))?;
+    let about: About = serde_json::from_str(json).map_err(|cause| damaged(&cause.to_string()))?;
     if about.format != FORMAT {
         return Err(Error::scene(path, format!("film format {}, this program reads {FORMAT}", about.format)));
     }
-    about.passes().map_err(|cause| damaged(&cause.to_string()))?;
+    let passes = about.passes().map_err(|cause| damaged(&cause.to_string()))?;
+    let last = passes.ranges().last().map_or(0, |range| range.end);
+    // As --pass-range has it; the count cannot overflow then.
+    if last > 1 << 32 || passes.count() > MOST_PASSES {
+        return Err(damaged("more passes than can be rendered"));
+    }
     // Far beyond any scene in f32, and far from the limits of f64.
-    if about.exponents.iter().any(|exponent| exponent.abs() > 300) || !about.totals.seconds.is_finite() {
+    if about.exponents.iter().any(|exponent| exponent.unsigned_abs() > 300) || !about.totals.seconds.is_finite() {
         return Err(damaged("numbers out of range"));
     }
-    let side = |side: usize| u32::try_from(side).map_err(|_| damaged("too large"));
-    about.size = [side(header.layer_size.width())?, side(header.layer_size.height())?];
-    Ok((input, about))
+    Ok(about)
 }
 
 /// Reads a film.
@@ -326,19 +347,23 @@ fn open(path: &Path) -> Result<(BufReader<File>, About)> {
 /// # Errors
 /// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged or holds no film.
 pub fn read(path: &Path) -> Result<FilmFile> {
-    let (mut input, about) = open(path)?;
-    let part = exr::decode(&mut input, path)?;
-    let size = part.size;
+    let Opened { mut file, length, about } = open(path)?;
     let [width, height] = about.size;
-    if (size.width(), size.height()) != (width as usize, height as usize) {
-        return Err(Error::scene(path, "its first picture is not the film's"));
-    }
-    let channels = &part.channel_data;
+    let slots = slots(&file.parts()[0], about.layers).map_err(|cause| Error::scene(path, cause))?;
+    check_bytes(about.size, about.layers, length).map_err(|cause| Error::scene(path, cause))?;
     let mut film = Film::new(width, height, about.exponents, about.layers);
-    gather(channels, &SUM_NAMES, &mut film.sums, path)?;
-    if about.layers {
-        gather(channels, &LAYER_NAMES, &mut film.layers, path)?;
-    }
+    file.lines(0, |line| {
+        let (Some((sum, word)), Some(words)) = (slots[line.channel], line.samples.integers()) else { return };
+        let first = line.y as usize * width as usize + line.x as usize;
+        for (at, bits) in (first..).zip(words) {
+            let sum = match sum {
+                Sum::Pixel(k) => &mut film.sums[at][k],
+                Sum::Layer(k) => &mut film.layers[at][k],
+            };
+            sum.0 |= i128::from(bits) << (32 * word);
+        }
+    })
+    .map_err(|fault| fault.at(path))?;
     film.passes = about.passes()?;
     film.rejected = about.rejected;
     if digest(&film) != about.sums {
@@ -347,26 +372,44 @@ pub fn read(path: &Path) -> Result<FilmFile> {
     Ok(FilmFile { film, identity: about.identity, devices: about.devices, totals: about.totals })
 }
 
-fn gather<const N: usize>(
-    channels: &AnyChannels<FlatSamples>,
-    names: &[&str; N],
-    pixels: &mut [[ExactSum; N]],
-    path: &Path,
-) -> Result<()> {
-    for (k, sum) in names.iter().enumerate() {
+/// A sum of a pixel, or of its layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sum {
+    Pixel(usize),
+    Layer(usize),
+}
+
+/// Which sum, and which word of it, each channel holds; an error if one of the film's channels is not there.
+fn slots(part: &Part, layers: bool) -> std::result::Result<Vec<Option<(Sum, usize)>>, String> {
+    let names: BTreeMap<&str, usize> =
+        part.channels.iter().enumerate().filter(|(_, c)| c.integers).map(|(at, c)| (c.name.as_str(), at)).collect();
+    let pixel = SUM_NAMES.iter().enumerate().map(|(k, name)| (Sum::Pixel(k), name));
+    let layer = LAYER_NAMES.iter().enumerate().map(|(k, name)| (Sum::Layer(k), name));
+    let mut slots = vec![None; part.channels.len()];
+    for (sum, name) in pixel.chain(layer.filter(|_| layers)) {
         for word in 0..4 {
-            let name = channel_name(sum, word);
-            let found = channels.list.iter().find(|channel| exr::string(&channel.name) == name);
-            let words = match found.map(|channel| &channel.sample_data) {
-                Some(FlatSamples::U32(words)) if words.len() == pixels.len() => words,
-                _ => return Err(Error::scene(path, format!("its film has no whole channel '{name}'"))),
-            };
-            for (sums, &bits) in pixels.iter_mut().zip(words) {
-                sums[k].0 |= i128::from(bits) << (32 * word);
-            }
+            let name = channel_name(name, word);
+            let at = names.get(name.as_str()).ok_or_else(|| format!("its film has no whole channel '{name}'"))?;
+            slots[*at] = Some((sum, word));
         }
     }
-    Ok(())
+    Ok(slots)
+}
+
+/// Bytes of a film from a small file: black, without layers, 1.4 million pixels.
+const FILM_BYTES: u64 = 192 << 20;
+
+/// Further bytes of a film for each byte of its file.
+const FILM_BYTES_PER_BYTE: u64 = 36;
+
+/// Refuses a film that a file of `length` bytes cannot account for.
+fn check_bytes([width, height]: [u32; 2], layers: bool, length: u64) -> std::result::Result<(), String> {
+    let sums = if layers { SUMS + LAYER_SUMS } else { SUMS };
+    let bytes = u64::from(width) * u64::from(height) * (sums * size_of::<ExactSum>()) as u64;
+    match bytes <= FILM_BYTES.saturating_add(length.saturating_mul(FILM_BYTES_PER_BYTE)) {
+        true => Ok(()),
+        false => Err(format!("a film of {width} x {height} pixels announced, but the file has only {length} bytes")),
+    }
 }
 
 #[cfg(test)]

@@ -80,6 +80,14 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     bounded().map_err(|fault: Fault| fault.at(path))
 }
 
+/// The text of a regular file of at most `most` bytes.
+///
+/// # Errors
+/// Those of [`read`], [`Error::Scene`] if it is not UTF-8.
+pub fn read_text(path: &Path, most: u64) -> Result<String> {
+    String::from_utf8(read(path, most)?).map_err(|_| Error::scene(path, "is not text in UTF-8"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

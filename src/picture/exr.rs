@@ -1,21 +1,19 @@
 //! OpenEXR files: one part, 32-bit floats, ZIP in blocks of 16 rows, layers as `LAYER.CHANNEL` (`R`, `albedo.R`,
 //! `normal.X`, `depth.Z`), and what the render was as attributes named `nephroid.KEY`.
 
-use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, Write};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::io::{BufReader, Seek, Write};
 use std::path::Path;
-use std::sync::Once;
 
-use ::exr::meta::MetaData;
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer as Part, LayerAttributes,
-    ReadChannels, ReadLayers, Text, WritableImage, read as reader,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer as ImagePart, LayerAttributes, Text,
+    WritableImage,
 };
 
 use crate::error::{Error, Result};
+use crate::input::exr::{Part, Reader};
+use crate::input::{self, Fault};
 use crate::picture::image::{Channels, Layer, Picture};
 
 /// One number or text of a file's metadata.
@@ -93,7 +91,7 @@ pub(crate) fn write_channels(
         attributes.other.insert(text(&format!("{PREFIX}{key}")), attribute(value));
     }
     let size = (picture.width as usize, picture.height as usize);
-    let part = Part::new(size, attributes, encoding, AnyChannels::sort(channels.collect()));
+    let part = ImagePart::new(size, attributes, encoding, AnyChannels::sort(channels.collect()));
     let image = Image::from_layer(part);
     image.write().to_buffered(sink).map_err(|cause| match cause {
         ::exr::error::Error::Io(source) => Error::io(path, "write", source),
@@ -133,84 +131,18 @@ pub(crate) fn string(text: &Text) -> String {
 /// of ours. Other channels are left out; half floats and integers become f32.
 ///
 /// # Errors
-/// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is damaged, not supported, larger than
-/// its bytes can account for, or holds no layer.
+/// [`Error::Io`] if the file cannot be opened or read, [`Error::Scene`] if it is not a regular file, damaged, not
+/// supported, larger than its bytes can account for, or holds no layer.
 pub fn read(path: &Path) -> Result<(Picture, Metadata)> {
-    let (mut input, bytes) = open(path)?;
-    check_size(&mut input, bytes, path)?;
-    input.rewind().map_err(|source| Error::io(path, "read", source))?;
-    let part = decode(&mut input, path)?;
-    let metadata = part.attributes.other.iter().filter_map(our_attribute).collect();
-    Ok((picture_from(&part, path)?, metadata))
-}
-
-/// The first part that is not deep, with all its channels.
-pub(crate) fn decode(input: &mut BufReader<File>, path: &Path) -> Result<Part<AnyChannels<FlatSamples>>> {
-    let image = guarded(path, || {
-        reader()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .non_parallel()
-            .from_buffered(input)
-    })?;
-    Ok(image.layer_data)
-}
-
-/// A regular file and its length in bytes.
-pub(crate) fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
-    let io = |source| Error::io(path, "read", source);
-    let file = File::open(path).map_err(io)?;
-    let status = file.metadata().map_err(io)?;
-    if !status.is_file() {
-        return Err(Error::scene(path, "not a regular file"));
-    }
-    Ok((BufReader::new(file), status.len()))
-}
-
-/// Refuses a header that announces more samples than the file can hold, before anything is allocated for them: no
-/// compression of OpenEXR goes beyond deflate's 1 : 1032.
-pub(crate) fn check_size(input: &mut impl Read, file_bytes: u64, path: &Path) -> Result<()> {
-    const GREATEST_RATIO: u64 = 1032;
-    let meta = guarded(path, || MetaData::read_from_buffered(input, false))?;
-    for header in &meta.headers {
-        let [width, height] = [header.layer_size.width(), header.layer_size.height()].map(|side| side as u64);
-        let samples = width.checked_mul(height).and_then(|n| n.checked_mul(header.channels.list.len() as u64));
-        // Two bytes: the smallest sample type.
-        if samples.is_none_or(|n| n.saturating_mul(2) > file_bytes.saturating_mul(GREATEST_RATIO)) {
-            let what = format!("{width} x {height} pixels announced, but the file has only {file_bytes} bytes");
-            return Err(Error::scene(path, what));
-        }
-    }
-    Ok(())
-}
-
-/// Runs the decoder and turns its errors and panics into ours. It is safe code that checks most of what it reads, but
-/// indexes and subtracts with sizes from the file in places, so that damaged input can make it panic. A panic leaves
-/// nothing behind but the reader and the picture, and both are dropped here.
-pub(crate) fn guarded<T>(path: &Path, decode: impl FnOnce() -> ::exr::error::Result<T>) -> Result<T> {
-    thread_local!(static DECODING: Cell<bool> = const { Cell::new(false) });
-    static QUIET: Once = Once::new();
-    // The default hook would print to stderr, which a library must not do; other threads keep theirs.
-    QUIET.call_once(|| {
-        let previous = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |info| {
-            if !DECODING.get() {
-                previous(info);
-            }
-        }));
-    });
-    DECODING.set(true);
-    let result = catch_unwind(AssertUnwindSafe(decode));
-    DECODING.set(false);
-    match result {
-        Ok(Ok(value)) => Ok(value),
-        Ok(Err(::exr::error::Error::Io(source))) => Err(Error::io(path, "read", source)),
-        Ok(Err(cause)) => Err(Error::scene(path, format!("OpenEXR file {cause}"))),
-        Err(_) => Err(Error::scene(path, "OpenEXR file damaged: its sizes contradict each other")),
-    }
+    let read = || {
+        let (source, length) = input::open(path)?;
+        let mut file = Reader::new(source, length)?;
+        let first = file.parts().iter().position(|part| !part.deep);
+        let part = first.ok_or_else(|| Fault::Content("OpenEXR file with deep pixels only".into()))?;
+        let metadata = file.header(part).own_attributes.other.iter().filter_map(our_attribute).collect();
+        Ok((picture_from(&mut file, part, length)?, metadata))
+    };
+    read().map_err(|fault: Fault| fault.at(path))
 }
 
 fn our_attribute((name, value): (&Text, &AttributeValue)) -> Option<(String, Value)> {
@@ -224,42 +156,67 @@ fn our_attribute((name, value): (&Text, &AttributeValue)) -> Option<(String, Val
     Some((key, value))
 }
 
-fn picture_from(part: &Part<AnyChannels<FlatSamples>>, path: &Path) -> Result<Picture> {
-    let side = |side: usize| u32::try_from(side).map_err(|_| Error::scene(path, format!("{side} pixels wide or high")));
-    let mut picture = Picture::new(side(part.size.width())?, side(part.size.height())?);
-    let mut layers: BTreeMap<String, BTreeMap<String, &AnyChannel<FlatSamples>>> = BTreeMap::new();
-    for channel in &part.channel_data.list {
-        let full = string(&channel.name);
-        let (layer, name) = full.rsplit_once('.').unwrap_or(("", &full));
-        layers.entry(layer.to_owned()).or_default().insert(name.to_owned(), channel);
+/// Bytes of a picture from a small file: 4096 x 2048 pixels of one colour. A comparison reads two.
+const PICTURE_BYTES: u64 = 96 << 20;
+
+/// Further bytes of a picture for each byte of its file. A picture that is black but for a corner needs many.
+const PICTURE_BYTES_PER_BYTE: u64 = 32;
+
+/// Where a channel goes: index of the layer, and which of its interleaved numbers.
+type Slots = Vec<Option<(usize, usize)>>;
+
+fn picture_from(file: &mut Reader<BufReader<File>>, index: usize, length: u64) -> std::result::Result<Picture, Fault> {
+    let part = &file.parts()[index];
+    let (layers, slots) = layers_of(part);
+    if layers.is_empty() {
+        return Err(Fault::Content("no layer with channels R G B, X Y Z or Z".into()));
     }
-    for (name, found) in &layers {
-        let kind = [Channels::Rgb, Channels::Vector, Channels::Scalar]
-            .into_iter()
-            .find(|kind| kind.names().iter().all(|channel| found.contains_key(*channel)));
-        let Some(kind) = kind else { continue };
-        let planes: Vec<&AnyChannel<FlatSamples>> = kind.names().iter().map(|channel| found[*channel]).collect();
-        let data = interleave(&planes, picture.pixel_count())
-            .ok_or_else(|| Error::scene(path, format!("layer '{name}' is subsampled, which is not supported")))?;
-        picture.push(name, kind, data);
+    let numbers: u64 = layers.iter().map(|(_, channels)| channels.count() as u64).sum();
+    check_bytes(part.data.size, numbers, length)?;
+    let [width, height] = part.data.size;
+    // Sides of a part are below 2^20.
+    let mut picture = Picture::new(width as u32, height as u32);
+    for (name, channels) in layers {
+        picture.push(&name, channels, vec![0.0; picture.pixel_count() * channels.count()]);
     }
-    if picture.layers.is_empty() {
-        return Err(Error::scene(path, "no layer with channels R G B, X Y Z or Z"));
-    }
+    file.lines(index, |line| {
+        let Some((layer, offset)) = slots[line.channel] else { return };
+        let Layer { channels, data, .. } = &mut picture.layers[layer];
+        let first = (line.y * width + line.x) as usize * channels.count() + offset;
+        let numbers = data[first..].iter_mut().step_by(channels.count());
+        numbers.zip(line.samples.floats()).for_each(|(number, value)| *number = value);
+    })?;
     Ok(picture)
 }
 
-/// Interleaves full planes; `None` if one has not a number for each pixel.
-fn interleave(planes: &[&AnyChannel<FlatSamples>], pixel_count: usize) -> Option<Vec<f32>> {
-    let mut data = vec![0.0; pixel_count * planes.len()];
-    for (offset, plane) in planes.iter().enumerate() {
-        if plane.sample_data.len() != pixel_count {
-            return None;
-        }
-        let numbers = data.iter_mut().skip(offset).step_by(planes.len());
-        numbers.zip(plane.sample_data.values_as_f32()).for_each(|(number, value)| *number = value);
+/// Refuses a picture that a file of `length` bytes cannot account for.
+fn check_bytes([width, height]: [u64; 2], numbers: u64, length: u64) -> std::result::Result<(), Fault> {
+    let most = PICTURE_BYTES.saturating_add(length.saturating_mul(PICTURE_BYTES_PER_BYTE));
+    if width.saturating_mul(height).saturating_mul(4 * numbers) <= most {
+        return Ok(());
     }
-    Some(data)
+    let what = format!("{width} x {height} pixels of {numbers} channels announced");
+    Err(Fault::Content(format!("{what}, but the file has only {length} bytes")))
+}
+
+/// The layers that a picture can hold, and where each channel of the part goes.
+fn layers_of(part: &Part) -> (Vec<(String, Channels)>, Slots) {
+    let mut found: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
+    for (index, channel) in part.channels.iter().enumerate() {
+        let (layer, name) = channel.name.rsplit_once('.').unwrap_or(("", &channel.name));
+        found.entry(layer).or_default().insert(name, index);
+    }
+    let (mut layers, mut slots) = (Vec::new(), vec![None; part.channels.len()]);
+    for (name, channels) in &found {
+        let kinds = [Channels::Rgb, Channels::Vector, Channels::Scalar];
+        let whole = |kind: &Channels| kind.names().iter().all(|channel| channels.contains_key(channel));
+        let Some(kind) = kinds.into_iter().find(whole) else { continue };
+        for (offset, channel) in kind.names().iter().enumerate() {
+            slots[channels[channel]] = Some((layers.len(), offset));
+        }
+        layers.push(((*name).to_owned(), kind));
+    }
+    (layers, slots)
 }
 
 #[cfg(test)]
@@ -318,7 +275,8 @@ mod tests {
 
     #[test]
     fn the_file_has_the_usual_names_and_compression() {
-        let meta = MetaData::read_from_buffered(Cursor::new(encoded()), true).expect("valid by the strict rules");
+        let meta =
+            ::exr::meta::MetaData::read_from_buffered(Cursor::new(encoded()), true).expect("valid by the strict rules");
         let header = &meta.headers[0];
         let names: Vec<String> = header.channels.list.iter().map(|channel| string(&channel.name)).collect();
         let expected = "B G R albedo.B albedo.G albedo.R depth.Z normal.X normal.Y normal.Z";
@@ -351,7 +309,16 @@ mod tests {
         let start = bytes.windows(key.len()).position(|window| window == key).expect("a data window") + key.len() + 4;
         bytes[start + 8..start + 12].copy_from_slice(&((1_i32 << 27) - 1).to_le_bytes());
         let message = read_bytes(&bytes).expect_err("too large").to_string();
-        assert!(message.contains("134217728 x 19 pixels announced"), "{message}");
+        assert!(message.contains("134217728 x 19 pixels of 10 channels announced"), "{message}");
+    }
+
+    #[test]
+    fn channels_are_counted_before_there_is_memory_for_them() {
+        // 8192 x 8192 black pixels take 256 MiB a channel; ZIP stores them in a few hundred KiB.
+        let message = check_bytes([8192, 8192], 10, 1 << 20).expect_err("too much").to_string();
+        assert_eq!(message, "8192 x 8192 pixels of 10 channels announced, but the file has only 1048576 bytes");
+        assert!(check_bytes([8192, 8192], 1, 1 << 20).is_err() && check_bytes([8192, 8192], 1, 6 << 20).is_ok());
+        assert!(check_bytes([u64::MAX, 2], 1, u64::MAX).is_ok(), "no overflow");
     }
 
     #[test]
@@ -361,12 +328,6 @@ mod tests {
         let mut bytes = Cursor::new(Vec::new());
         write(&mut bytes, Path::new("x.exr"), &picture, &Metadata::new()).expect("in memory");
         assert_eq!(read_bytes(bytes.get_ref()).expect("our own file").0, picture);
-    }
-
-    #[test]
-    fn the_panic_guard_turns_a_panic_into_one_sentence() {
-        let error = guarded::<()>(Path::new("a.exr"), || panic!("index out of range")).expect_err("a panic");
-        assert_eq!(error.to_string(), "a.exr: OpenEXR file damaged: its sizes contradict each other");
     }
 
     proptest! {

@@ -11,6 +11,7 @@ use toml::Spanned;
 use super::results::Budget;
 use super::variant::{Count, Grid, Positive, VariantSettings, Written};
 use crate::error::{Error, Result};
+use crate::input;
 use crate::render::names::Size;
 use crate::scene::EnvironmentFile;
 
@@ -208,12 +209,15 @@ struct DecompositionTable {
 /// Seeds of a decomposition, if it does not say.
 const DECOMPOSITION_SEEDS: u32 = 16;
 
+/// Bytes of the file of a study.
+const MOST_BYTES: u64 = 1 << 20;
+
 /// Reads and checks the file of a study; whether its scenes exist is not looked at.
 ///
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::Scene`] with line and cause if it does not describe a study.
 pub fn load(path: &Path) -> Result<Study> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, "read", source))?;
+    let text = input::read_text(path, MOST_BYTES)?;
     Source { path, text: &text }.study()
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::results::{Budget, Decomposition, Measurement, Peer, Results};
 use crate::error::{Error, Result};
+use crate::input;
 use crate::picture::output::Destination;
 
 /// Columns of `results.csv` before those of the time split.
@@ -133,13 +134,16 @@ fn cells(line: &str) -> Vec<String> {
     cells
 }
 
+/// Bytes of other renderers' measurements.
+const MOST_BYTES: u64 = 64 << 20;
+
 /// Reads measurements of other renderers: CSV with the columns scene, renderer, method, seconds, relmse,
 /// relmse_trimmed, in any order and among others. Those of scenes that are not in `scenes` are left out.
 ///
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::Scene`] with the line if a column or a number is missing.
 pub fn read_peers(path: &Path, scenes: &[&str]) -> Result<Vec<Peer>> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, "read", source))?;
+    let text = input::read_text(path, MOST_BYTES)?;
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let header = lines.next().map(|(_, line)| cells(line)).unwrap_or_default();
     let column = |name: &str| {

@@ -7,12 +7,16 @@ use super::measure::Meter;
 use super::store::Fingerprint;
 use crate::error::{Error, Result};
 use crate::graph::Runtime;
+use crate::input;
 use crate::picture::exr::{self, RenderInfo};
 use crate::picture::image::Picture;
 use crate::picture::output::Output;
 use crate::picture::tonemap::ToneMap;
 use crate::render::Settings;
 use crate::scene::Scene;
+
+/// Bytes of a reference's file.
+const MOST_BYTES: u64 = 2 << 30;
 
 /// A reference, before it is read.
 pub struct Source {
@@ -32,7 +36,7 @@ impl Source {
     pub fn of(entry: &SceneEntry, (scene, camera): (&Scene, usize), scene_key: &str, folder: &Path) -> Result<Self> {
         match &entry.reference {
             Reference::File(path) => {
-                let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read", source))?;
+                let bytes = input::read(path, MOST_BYTES)?;
                 Ok(Self { file: path.clone(), key: Fingerprint::default().with(&bytes).text(), render: None })
             }
             Reference::Render(render) => {

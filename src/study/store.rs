@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::results::{Decomposition, Measurement};
 use crate::error::{Error, Result};
+use crate::input;
 
 /// The measurements of one render, or of the renders of many seeds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,6 +29,9 @@ struct Line {
     entry: Entry,
 }
 
+/// Bytes of the file.
+const MOST_BYTES: u64 = 1 << 30;
+
 /// The file, and what is in it.
 pub struct Store {
     path: PathBuf,
@@ -43,10 +47,9 @@ impl Store {
     /// # Errors
     /// [`Error::Io`] if it cannot be read, [`Error::Scene`] if a line before the last is damaged.
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes = match std::fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(source) if source.kind() == std::io::ErrorKind::NotFound => vec![],
-            Err(source) => return Err(Error::io(path, "read", source)),
+        let bytes = match input::read(path, MOST_BYTES) {
+            Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => vec![],
+            read => read?,
         };
         let mut store = Self { path: path.to_owned(), entries: BTreeMap::new(), whole: 0, file: None };
         let lines: Vec<&[u8]> = bytes.split_inclusive(|byte| *byte == b'\n').collect();

@@ -12,9 +12,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("shader", &[]),
     ("input", &["error"]),
     ("scene", &["constants", "input", "error"]),
-    ("picture", &["error"]),
+    ("picture", &["input", "error"]),
     ("compare", &["picture", "error"]),
-    ("film", &["constants", "picture", "compare", "error"]),
+    ("film", &["constants", "input", "picture", "compare", "error"]),
     ("draw_state", &[]),
     ("fit", &[]),
     ("plot", &[]),
@@ -32,7 +32,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("render", &["constants", "kernels", "graph", "scene", "film", "picture", "vk", "error"]),
     ("bench", &["constants", "draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
     // A study opens sessions, which takes the graph's runtime.
-    ("study", &["fit", "plot", "render", "graph", "scene", "picture", "compare", "error"]),
+    ("study", &["fit", "plot", "render", "graph", "input", "scene", "picture", "compare", "error"]),
     (
         "cli",
         &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "picture", "compare", "vk", "error"],

@@ -29,6 +29,8 @@ pub struct Channel {
     pub name: String,
     /// Bytes per sample: 2 for halves, 4 for floats and unsigned integers.
     pub bytes: u64,
+    /// Unsigned integers, not floats.
+    pub integers: bool,
     /// Samples only at every so many columns or rows.
     pub subsampled: bool,
 }
@@ -83,6 +85,9 @@ const MULTIPART: u32 = 0x1000;
 
 /// Parts of a file; renderers write a few dozen at most.
 const MOST_PARTS: usize = 4096;
+/// Channels of a part, and attributes. The crate keeps far more bytes for each than the file needs.
+const MOST_CHANNELS: usize = 4096;
+const MOST_ATTRIBUTES: usize = 1 << 16;
 
 impl Layout {
     /// Reads the header of a file of `length` bytes.
@@ -90,7 +95,7 @@ impl Layout {
         source.rewind()?;
         let mut input = Input { source, left: length };
         if input.array::<4>()? != super::MAGIC {
-            return Err(damaged("it does not begin as OpenEXR files do"));
+            return Err(Fault::Content("OpenEXR file expected, it begins as something else".into()));
         }
         let version = u32::from_le_bytes(input.array()?);
         if version & 0xff != 2 {
@@ -115,7 +120,7 @@ impl Layout {
 }
 
 pub(super) fn damaged(what: &str) -> Fault {
-    Fault::Content(format!("damaged OpenEXR: {what}"))
+    Fault::Content(format!("OpenEXR file damaged: {what}"))
 }
 
 /// Bytes that are counted, so that no size goes beyond the end of the file.
@@ -180,14 +185,18 @@ impl<R: Read + Seek> Input<'_, R> {
             if name.is_empty() {
                 return Ok(channels);
             }
-            let bytes = match self.int()? {
-                1 => 2,
-                0 | 2 => 4,
+            let (bytes, integers) = match self.int()? {
+                0 => (4, true),
+                1 => (2, false),
+                2 => (4, false),
                 kind => return Err(damaged(&format!("channels of type {kind}"))),
             };
             let _linear: [u8; 4] = self.array()?;
             let steps = [self.int()?, self.int()?];
-            channels.push(Channel { name, bytes, subsampled: steps != [1, 1] });
+            if channels.len() == MOST_CHANNELS {
+                return Err(damaged("more than 4096 channels"));
+            }
+            channels.push(Channel { name, bytes, integers, subsampled: steps != [1, 1] });
         }
         Err(damaged("the list of channels has no end"))
     }
@@ -211,7 +220,7 @@ impl Header {
     /// The next header; `None` where the list of them ends.
     fn read<R: Read + Seek>(input: &mut Input<'_, R>) -> Result<Option<Self>, Fault> {
         let mut header = Self::default();
-        for count in 0.. {
+        for count in 0..MOST_ATTRIBUTES {
             let name = input.name()?;
             if name.is_empty() {
                 return Ok((count > 0).then_some(header));
@@ -222,7 +231,7 @@ impl Header {
             header.take((&name, &kind), input, end)?;
             input.go_to(end)?;
         }
-        Ok(Some(header))
+        Err(damaged("more than 65536 attributes"))
     }
 
     fn take<R: Read + Seek>(

@@ -185,7 +185,7 @@ fn every_cut_is_an_error_and_says_so() {
 #[test]
 fn a_panic_of_the_decoder_becomes_one_sentence() {
     let fault = guarded::<()>(|| panic!("index out of range")).expect_err("a panic");
-    assert_eq!(fault.to_string(), "damaged OpenEXR: its sizes contradict each other");
+    assert_eq!(fault.to_string(), "OpenEXR file damaged: its sizes contradict each other");
 }
 
 proptest::proptest! {

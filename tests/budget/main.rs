@@ -1,0 +1,85 @@
+//! Hostile files have a budget: 256 MiB and 40 times the file, 10 s and 1 s for each MiB of it. The allocator of this
+//! program counts, so it holds nothing else, and its cases run one after the other.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bombs;
+
+use std::path::Path;
+use std::time::Instant;
+
+use nephroid::film::film_file;
+use nephroid::picture::exr;
+use nephroid::scene::{Environment, Limits};
+use peak_alloc::PeakAlloc;
+
+use self::bombs::Bomb;
+use crate::support::shared;
+
+#[global_allocator]
+static COUNTED: PeakAlloc = PeakAlloc;
+
+/// A way to read a file.
+type Reading = fn(&Path) -> Result<(), String>;
+
+/// Everything that reads OpenEXR or Radiance files, by name.
+const READINGS: [(&str, Reading); 4] = [
+    ("environment", |path| Environment::load(path, &Limits::default()).map(drop).map_err(|e| e.to_string())),
+    ("picture", |path| exr::read(path).map(drop).map_err(|e| e.to_string())),
+    ("description of a film", |path| film_file::read_about(path).map(drop).map_err(|e| e.to_string())),
+    ("film", |path| film_file::read(path).map(drop).map_err(|e| e.to_string())),
+];
+
+/// Reads the file in every way; the sentences with which it was refused. Fails beyond the budget.
+fn within_budget(name: &str, path: &Path) -> Vec<String> {
+    let length = std::fs::metadata(path).expect("a file").len();
+    let mut refusals = Vec::new();
+    for (reading, read) in READINGS {
+        COUNTED.reset_peak_usage();
+        let (before, begin) = (COUNTED.current_usage(), Instant::now());
+        let outcome = read(path);
+        let (seconds, peak) = (begin.elapsed().as_secs_f64(), COUNTED.peak_usage() - before);
+        println!("{name} as {reading}: {length} bytes, peak {peak} bytes, {seconds:.2} s, {outcome:?}");
+        assert!(peak as u64 <= (256 << 20) + 40 * length, "{name} as {reading}: {peak} bytes for {length}");
+        // Other tests and builds may share the machine: the bound on time is for what does not end.
+        assert!(seconds <= 4.0 * (10.0 + length as f64 / f64::from(1 << 20)), "{name} as {reading}: {seconds} s");
+        if let Err(sentence) = outcome {
+            assert!(!sentence.contains('\n'), "{sentence}");
+            refusals.push(sentence);
+        }
+    }
+    refusals
+}
+
+fn bytes_within_budget(name: &str, bytes: &[u8]) -> Vec<String> {
+    let file = tempfile::NamedTempFile::new().expect("a temporary file");
+    std::fs::write(file.path(), bytes).expect("written");
+    within_budget(name, file.path())
+}
+
+/// One test, so that nothing else allocates while it counts.
+#[test]
+fn hostile_files_keep_to_their_budget() {
+    for Bomb { name, bytes, refused } in bombs::all() {
+        let refusals = bytes_within_budget(name, &bytes);
+        assert!(!refused || refusals.len() == READINGS.len(), "{name} is refused in every way: {refusals:?}");
+    }
+    for folder in ["assets/bad/faults", "assets/bad/openexr-damaged"] {
+        let Some(Ok(files)) = shared::path(folder).map(std::fs::read_dir) else { continue };
+        for path in files.map(|file| file.expect("a file").path()) {
+            if path.extension().is_some_and(|extension| extension == "exr") {
+                within_budget(&path.display().to_string(), &path);
+            }
+        }
+    }
+    sabotage();
+}
+
+/// The count sees what a reader takes.
+fn sabotage() {
+    COUNTED.reset_peak_usage();
+    let before = COUNTED.current_usage();
+    drop(std::hint::black_box(vec![1_u8; 300 << 20]));
+    assert!(COUNTED.peak_usage() - before >= 300 << 20, "the count sees nothing");
+}
