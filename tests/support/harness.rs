@@ -67,20 +67,16 @@ impl Harness {
     /// Runs what `declare` declares twice for each class of device, with poisoned outputs each time: always the same
     /// bits. Where both classes get the same commands, these run twice and not four times.
     pub fn run(&self, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) {
-        let [cpu, gpu] = [DeviceClass::Cpu, DeviceClass::Gpu].map(|class| plan(class, &declare));
-        let first = self.run_twice(&cpu, outputs);
-        if commands(&cpu) != commands(&gpu) {
-            assert!(first == self.run_twice(&gpu, outputs), "classes of device differ");
+        let first = self.run_on(DeviceClass::Cpu, outputs, &declare);
+        if !same_commands(&declare) {
+            assert!(first == self.run_on(DeviceClass::Gpu, outputs, &declare), "classes of device differ");
         }
     }
 
     /// Runs what `declare` declares for one class of device twice.
     pub fn run_on(&self, class: DeviceClass, outputs: &[&dyn Poisoned], declare: impl Fn(&mut Graph)) -> Vec<Vec<u8>> {
-        self.run_twice(&plan(class, declare), outputs)
-    }
-
-    fn run_twice(&self, plan: &Plan, outputs: &[&dyn Poisoned]) -> Vec<Vec<u8>> {
-        let mut executable = self.runtime.prepare(plan).expect("memory and commands");
+        let plan = plan(class, declare);
+        let mut executable = self.runtime.prepare(&plan).expect("memory and commands");
         let mut run = || {
             outputs.iter().for_each(|output| output.poison(&self.runtime));
             executable.run().expect("a run without validation messages");
@@ -126,6 +122,12 @@ impl<T: Pod> Poisoned for Output<T> {
         assert!(guard.iter().all(|&byte| byte == POISON), "a kernel wrote behind its output of {} items", self.len);
         bytemuck::cast_slice(&data[..self.len]).to_vec()
     }
+}
+
+/// Whether both classes of device get the same commands.
+pub fn same_commands(declare: impl Fn(&mut Graph)) -> bool {
+    let [cpu, gpu] = [DeviceClass::Cpu, DeviceClass::Gpu].map(|class| plan(class, &declare));
+    commands(&cpu) == commands(&gpu)
 }
 
 fn plan(class: DeviceClass, declare: impl Fn(&mut Graph)) -> Plan {
