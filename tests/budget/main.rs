@@ -9,9 +9,9 @@ mod bombs;
 use std::path::Path;
 use std::time::Instant;
 
-use nephroid::film::film_file;
-use nephroid::picture::exr;
-use nephroid::scene::{Environment, Limits};
+use nephroid::low_level::film::film_file;
+use nephroid::low_level::picture::exr;
+use nephroid::low_level::scene::{Environment, Limits};
 use peak_alloc::PeakAlloc;
 
 use self::bombs::Bomb;
