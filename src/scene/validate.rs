@@ -212,7 +212,8 @@ mod tests {
             let references = scene.validate_references().is_err();
             (scene.validate().expect_err("a fault").to_string(), references)
         };
-        let cases: [(&dyn Fn(&mut Scene), &str, bool); 9] = [
+        type Damage<'a> = &'a dyn Fn(&mut Scene);
+        let cases: [(Damage<'_>, &str, bool); 9] = [
             (&|s| s.meshes[0].triangles[1][2] = 4, "mesh 0: triangle 1 names vertices [0, 3, 4], there are 4", true),
             (&|s| s.meshes[0].normals.truncate(3), "mesh 0: 3 normals for 4 vertices", true),
             (&|s| s.meshes[0].material = MaterialId(1), "mesh 0: it names material 1, there are 1", true),

@@ -282,7 +282,8 @@ mod tests {
     fn what_does_not_go_together_is_named() {
         let lens = Some(Lens { radius: 0.1, focus: 3.0 });
         let stochastic = Sampling::Stochastic { k: 2, scale: Scale::Unbiased, filter: false };
-        let changes: &[(&[&str], &dyn Fn(&mut Settings))] = &[
+        type Change<'a> = &'a dyn Fn(&mut Settings);
+        let changes: &[(&[&str], Change<'_>)] = &[
             (&["lens", "camera"], &|s| (s.lens, s.camera) = (lens, 1)),
             (&["method", "lens"], &|s| (s.lens, s.method) = (lens, Method::Light)),
             (&["method", "sampling"], &|s| (s.sampling, s.method) = (Sampling::Regular(2), Method::Light)),
