@@ -58,6 +58,14 @@ impl Runtime {
         Ok(persistent)
     }
 
+    /// Sets persistent memory to zero, on the device.
+    pub fn clear<T: Pod>(&self, persistent: &Persistent<T>) -> Result<()> {
+        let target = device_buffer(&persistent.store);
+        let mut recorder = self.device.recorder("clear")?;
+        recorder.fill(target, 0, target.bytes().next_multiple_of(4), 0);
+        recorder.finish()?.submit()?.wait()
+    }
+
     /// Replaces the content of persistent memory from its start.
     pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, data: &[T]) -> Result<()> {
         assert!(data.len() <= persistent.len as usize, "'{}' is shorter than the data", persistent.name);

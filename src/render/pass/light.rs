@@ -2,6 +2,7 @@
 //! camera instead of gathered.
 
 use super::budget::PhotonBudget;
+use super::camera_input::CameraInput;
 use super::content::Content;
 use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
@@ -10,36 +11,45 @@ use crate::kernels::deposits::Deposits;
 use crate::kernels::eye::View;
 use crate::kernels::light::{self, Splats};
 use crate::kernels::scene_data::SceneBuffers;
-use crate::render::scene::camera::device_camera;
 
 /// Light vertices and what all pixels see of them; `None` without photons.
-pub struct LightPaths(Option<(Deposits, Splats)>);
+pub struct LightPaths(Option<Connected>);
+
+struct Connected {
+    vertices: Deposits,
+    splats: Splats,
+    camera: CameraInput,
+}
 
 impl LightPaths {
     /// Traces the photons of a pass and connects their vertices to the camera.
     pub fn prepare(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
         let vertices = emission::vertices(g, content, buffers, budget);
         Self(vertices.map(|vertices| {
-            let splats = g.scope("connections", |g| connect(g, content, buffers, &vertices));
-            (vertices, splats)
+            let (splats, camera) = g.scope("connections", |g| connect(g, content, buffers, &vertices));
+            Connected { vertices, splats, camera }
         }))
     }
 }
 
 /// What all pixels see of the light vertices of a pass.
-fn connect(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> Splats {
-    let Content { scene, device, settings } = content;
-    let mut camera = device_camera(scene, settings, 1);
-    camera.pixels = settings.pixels();
-    let camera = g.upload("whole_camera", &[camera]);
-    light::connect(g, View { scene: buffers, camera: &camera }, device.variant, settings.pixels(), vertices)
+fn connect(
+    g: &mut Graph,
+    content: Content<'_>,
+    buffers: &SceneBuffers,
+    vertices: &Deposits,
+) -> (Splats, CameraInput) {
+    let pixels = content.settings.pixels();
+    let (camera, input) = CameraInput::declare(g, "whole_camera", content, (0, pixels), 1);
+    let view = View { scene: buffers, camera: &camera };
+    (light::connect(g, view, content.device.variant, pixels, vertices), input)
 }
 
 impl Transport for LightPaths {
     /// Eye paths bring emission and direct light.
     fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
         let (hits, mut gathered) = eye::look(g, at);
-        if let Some((vertices, splats)) = &self.0 {
+        if let Some(Connected { vertices, splats, .. }) = &self.0 {
             let view = (at.camera, at.pixels);
             g.scope("gather", |g| light::sum(g, view, splats, &vertices.count, &mut gathered));
         }
@@ -47,6 +57,10 @@ impl Transport for LightPaths {
     }
 
     fn deposits(&self) -> Option<&Deposits> {
-        self.0.as_ref().map(|(vertices, _)| vertices)
+        self.0.as_ref().map(|connected| &connected.vertices)
+    }
+
+    fn camera(&self) -> Option<CameraInput> {
+        self.0.as_ref().map(|connected| connected.camera)
     }
 }

@@ -1,6 +1,7 @@
 //! One pass: what it declares, how it is recorded, and its parts.
 
 pub mod budget;
+mod camera_input;
 pub mod content;
 mod emission;
 pub mod estimator;

@@ -4,6 +4,7 @@
 use std::time::Instant;
 
 use super::budget::PhotonBudget;
+use super::camera_input::CameraInput;
 use super::content::Content;
 use super::film_state::{BandFilm, FilmState};
 use super::host_map::HostMap;
@@ -13,15 +14,15 @@ use super::transport::{BandLight, BandView, Transport};
 use super::{emission, methods};
 use crate::graph::{Buf, Graph, Input, Plan, Readback};
 use crate::kernels::film::{self, Adding, FilmBuffers, PassResult};
-use crate::kernels::generated::{Aabb, Camera, Pass, Photon};
+use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::kernels::scene_data::SceneBuffers;
-use crate::render::scene::camera::device_camera;
 use crate::render::settings::Record;
 
 /// A pass or a half of it, planned.
 pub struct Planned {
     pub plan: Plan,
     pub pass: Input<Pass>,
+    pub cameras: Vec<CameraInput>,
     pub reports: Reports,
     /// Seconds that planning took.
     pub seconds: f64,
@@ -31,11 +32,11 @@ pub struct Planned {
 pub fn plan(content: Content<'_>, budget: &PhotonBudget, state: &FilmState) -> Planned {
     let (mut g, buffers, pass) = begin(content);
     let mut transport = methods::prepare(&mut g, content, &buffers, budget);
-    let mut reports = bands(&mut g, content, &buffers, &mut *transport, state);
+    let (mut reports, cameras) = bands(&mut g, content, &buffers, &mut *transport, state);
     if let Some(deposits) = transport.deposits() {
         reports = reports.with_photons(&mut g, deposits, content.reads_photons());
     }
-    end(g, pass, reports)
+    end(g, pass, reports).with_cameras(cameras)
 }
 
 /// The first half of a pass whose photon map the host builds: photons, their boxes to the host. A budget without
@@ -53,8 +54,8 @@ pub fn plan_picture(content: Content<'_>, map: &HostMap, state: &FilmState) -> P
     let (mut g, buffers, pass) = begin(content);
     let packed = content.settings.record == Record::Packed20;
     let mut photons = Photons::mapped(g.scope("photon map", |g| map.map(g, packed)));
-    let reports = bands(&mut g, content, &buffers, &mut photons, state);
-    end(g, pass, reports)
+    let (reports, cameras) = bands(&mut g, content, &buffers, &mut photons, state);
+    end(g, pass, reports).with_cameras(cameras)
 }
 
 /// Photons alone, brought to the host. A budget without photons has no survey.
@@ -75,24 +76,31 @@ fn begin(content: Content<'_>) -> (Graph, SceneBuffers, Input<Pass>) {
 fn end(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
     let start = Instant::now();
     let plan = g.plan().unwrap_or_else(|error| panic!("the pass is declared wrong: {error}"));
-    Planned { plan, pass, reports, seconds: start.elapsed().as_secs_f64() }
+    Planned { plan, pass, cameras: vec![], reports, seconds: start.elapsed().as_secs_f64() }
 }
 
-/// The light of every band, added to the film.
+impl Planned {
+    fn with_cameras(self, cameras: Vec<CameraInput>) -> Self {
+        Self { cameras, ..self }
+    }
+}
+
+/// The light of every band, added to the film, and the cameras that see them.
 fn bands(
     g: &mut Graph,
     content: Content<'_>,
     buffers: &SceneBuffers,
     transport: &mut dyn Transport,
     state: &FilmState,
-) -> Reports {
+) -> (Reports, Vec<CameraInput>) {
     let mut reports = Reports::default();
+    let mut cameras: Vec<CameraInput> = transport.camera().into_iter().collect();
     let mut rejected = g.import(&state.rejected);
     let counts_pairs = content.settings.count_pairs && transport.deposits().is_some();
     for band in &state.bands {
         let BandFilm { first_pixel, pixels, .. } = *band;
-        let whole = device_camera(content.scene, content.settings, content.slots());
-        let camera = g.upload("camera", &[Camera { first_pixel, pixels, ..whole }]);
+        let (camera, input) = CameraInput::declare(g, "camera", content, (first_pixel, pixels), content.slots());
+        cameras.push(input);
         let at = BandView { content, buffers, camera: &camera, first_pixel, pixels };
         let light = transport.band(g, at);
         if counts_pairs {
@@ -106,7 +114,7 @@ fn bands(
     g.keep(&rejected);
     let counts = transport.counts(g);
     reports.structure = counts.iter().map(|(name, count)| (*name, g.readback(count))).collect();
-    reports
+    (reports, cameras)
 }
 
 /// Adds what a pass brings for a band, unless photons did not fit; the count of rejected values comes and goes.

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::budget::PhotonBudget;
+use super::camera_input::CameraInput;
 use super::content::Content;
 use super::film_state::FilmState;
 use super::host_map::HostMap;
@@ -21,6 +22,7 @@ const HOST_SCOPE: &str = "photon map";
 struct Part {
     executable: Executable,
     pass: Input<Pass>,
+    cameras: Vec<CameraInput>,
     reports: Reports,
 }
 
@@ -81,12 +83,19 @@ impl Recording {
         Ok(recording)
     }
 
-    fn add(&mut self, Planned { plan, pass, reports, seconds }: Planned) -> Result<()> {
-        self.parts.push(Part { executable: self.runtime.prepare(&plan)?, pass, reports });
+    fn add(&mut self, Planned { plan, pass, cameras, reports, seconds }: Planned) -> Result<()> {
+        self.parts.push(Part { executable: self.runtime.prepare(&plan)?, pass, cameras, reports });
         self.dump += &plan.dump();
         self.dispatches += plan.passes.len();
         self.planning_seconds += seconds;
         Ok(())
+    }
+
+    /// Lets the passes that follow see by the camera of `content`.
+    pub fn set_camera(&mut self, content: Content<'_>) {
+        for Part { executable, cameras, .. } in &mut self.parts {
+            cameras.iter().for_each(|camera| camera.write(executable, content));
+        }
     }
 
     /// Runs the pass and returns how many photons did not fit; if any, nothing was added to the film.

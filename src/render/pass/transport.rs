@@ -1,6 +1,7 @@
 //! The shape of a method of light transport: what it prepares for a pass is asked for the light of one band of pixels
 //! after the other.
 
+use super::camera_input::CameraInput;
 use super::content::Content;
 use crate::graph::{Buf, Graph};
 use crate::kernels::deposits::Deposits;
@@ -15,6 +16,11 @@ pub trait Transport {
 
     /// The photons of the pass, or their light vertices, if there are any.
     fn deposits(&self) -> Option<&Deposits> {
+        None
+    }
+
+    /// The camera that the method used before it was asked for bands, if it did.
+    fn camera(&self) -> Option<CameraInput> {
         None
     }
 
