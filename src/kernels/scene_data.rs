@@ -3,7 +3,7 @@
 pub use super::generated::SceneBuffers;
 
 /// Specialisation of the transport kernels: what a scene does not need is compiled out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Variant {
     pub textures: bool,
@@ -32,4 +32,12 @@ pub struct Variant {
     pub uv1_at: u32,
     pub color_at: u32,
     pub tangent_at: u32,
+}
+
+impl Variant {
+    /// Whether vertex attributes lie in the same places.
+    pub fn same_layout(&self, other: &Self) -> bool {
+        let places = |v: &Self| [v.shading_stride, v.uv0_at, v.uv1_at, v.color_at, v.tangent_at];
+        places(self) == places(other)
+    }
 }

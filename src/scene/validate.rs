@@ -1,13 +1,13 @@
 //! What a renderer relies on, checked for scenes built by hand. Loaded scenes pass.
 
-use super::{Camera, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture};
+use super::{Camera, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture, Transform};
 use crate::error::{Error, Result};
 
 /// Triangles of all instances together that a renderer's tree can address.
 const MOST_TRIANGLES: u64 = (1 << 27) - 1;
 
 /// What is wrong; the scene is named by the caller.
-type Check = std::result::Result<(), String>;
+pub(crate) type Check = std::result::Result<(), String>;
 
 impl Scene {
     /// Whether everything in the scene can be rendered: indices name what exists, lists of attributes fit, numbers are
@@ -56,6 +56,50 @@ impl Scene {
             return Err(format!("{triangles} triangles, more than {MOST_TRIANGLES}"));
         }
         Ok(())
+    }
+}
+
+impl Camera {
+    /// What is wrong with its numbers, if anything is.
+    pub(crate) fn check(&self) -> Check {
+        camera_numbers(self)
+    }
+}
+
+impl Light {
+    /// What is wrong with its numbers, if anything is.
+    pub(crate) fn check(&self) -> Check {
+        light_numbers(self)
+    }
+}
+
+impl Transform {
+    /// What is wrong with it, if anything is.
+    pub(crate) fn check(&self) -> Check {
+        match self.is_valid() {
+            true => Ok(()),
+            false => Err("its transform is not finite, flattens space, or is not affine".into()),
+        }
+    }
+}
+
+impl Material {
+    /// What is wrong with it in a scene of so many textures, if anything is.
+    pub(crate) fn check(&self, textures: usize) -> Check {
+        material_references(self, textures)?;
+        material_numbers(self)
+    }
+}
+
+impl Mesh {
+    /// What is wrong with other positions and normals for it, if anything is.
+    pub(crate) fn check_vertices(&self, positions: &[[f32; 3]], normals: &[[f32; 3]]) -> Check {
+        let count = self.positions.len();
+        if positions.len() != count || (!normals.is_empty() && normals.len() != count) {
+            return Err(format!("{} positions and {} normals for {count} vertices", positions.len(), normals.len()));
+        }
+        finite("position", positions)?;
+        finite("normal", normals)
     }
 }
 
@@ -122,10 +166,7 @@ fn mesh_numbers(mesh: &Mesh) -> Check {
 }
 
 fn instance_numbers(instance: &Instance) -> Check {
-    match instance.transform.is_none_or(|transform| transform.is_valid()) {
-        true => Ok(()),
-        false => Err("its transform is not finite, flattens space, or is not affine".into()),
-    }
+    instance.transform.as_ref().map_or(Ok(()), Transform::check)
 }
 
 /// A number within bounds, which NaN never is.
@@ -193,7 +234,7 @@ fn camera_numbers(camera: &Camera) -> Check {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{MaterialId, MeshId, TextureRef, Transform};
+    use crate::scene::{MaterialId, MeshId, TextureRef};
 
     fn scene() -> Scene {
         let square = Mesh::quad([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);

@@ -110,6 +110,12 @@ impl World {
         self.triangles[triangle as usize].map(|corner| self.positions[corner as usize])
     }
 
+    /// Area of a triangle in square scene units.
+    pub fn area(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.corners(triangle).map(|p| glam::DVec3::from(p.map(f64::from)));
+        0.5 * (b - a).cross(c - a).length()
+    }
+
     fn append(&mut self, mesh: &Mesh, flat: Flat, needed: &Needed) {
         let Flat { vertices, tangents, kept, skipped, replaced_normals } = flat;
         let (first, first_triangle) = (self.positions.len() as u32, self.triangles.len() as u32);

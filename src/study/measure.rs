@@ -22,7 +22,6 @@ pub struct Meter {
     scopes: BTreeMap<String, f64>,
     build: f64,
     warm_up: Option<f64>,
-    photons_before: u64,
 }
 
 impl Meter {
@@ -42,7 +41,6 @@ impl Meter {
             scopes: BTreeMap::new(),
             build: begin.elapsed().as_secs_f64(),
             warm_up: None,
-            photons_before: 0,
         })
     }
 
@@ -53,12 +51,10 @@ impl Meter {
     /// # Errors
     /// Those of the device.
     pub fn warm_up(&mut self) -> Result<()> {
-        let blank = self.session.film()?;
         let begin = Instant::now();
         self.session.run_pass(0)?;
         self.warm_up = Some(begin.elapsed().as_secs_f64());
-        self.session.restore(&blank)?;
-        self.photons_before = self.session.statistics()?.photons;
+        self.session.reset();
         Ok(())
     }
 
@@ -104,7 +100,7 @@ impl Meter {
 
     /// Photons emitted for the film.
     fn photons(&self) -> Result<u64> {
-        Ok(self.session.statistics()?.photons - self.photons_before)
+        Ok(self.session.statistics()?.photons)
     }
 
     /// Where the time went in seconds: the outermost scopes of the device's timeline, `host` for what is left of the

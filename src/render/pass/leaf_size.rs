@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::{Pass, Photon};
 use crate::kernels::lbvh::COUNTED_LEAF;
-use crate::render::scene::upload::surface_area;
+use crate::render::scene::host::surface_area;
 use crate::render::settings::{LEAST_LEAF, PhotonBuild};
 use crate::scene::{Scene, World};
 
@@ -46,12 +46,25 @@ fn footprints(photons: &[Photon]) -> f64 {
     photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum()
 }
 
+/// The leaf size of a session to which nobody said any; `None` where there is no tree.
+///
+/// # Errors
+/// Those of the device.
+pub fn chosen(runtime: &Runtime, content: Content<'_>) -> Result<Option<u32>> {
+    let budget = PhotonBudget::of(content.device, content.settings);
+    if !content.has_photon_tree(&budget) {
+        return Ok(None);
+    }
+    let coverage = survey(runtime, content, &budget)?;
+    Ok(Some(automatic(coverage, content.settings.photon_build)))
+}
+
 /// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and
 /// settings only.
 ///
 /// # Errors
 /// Those of the device.
-pub fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) -> Result<f64> {
+fn survey(runtime: &Runtime, content: Content<'_>, budget: &PhotonBudget) -> Result<f64> {
     let most = budget.emissions.iter().map(|emission| emission.count).max().unwrap_or(0);
     let ratio = (f64::from(SURVEY_PHOTONS) / f64::from(most.max(1))).min(1.0);
     let mut small = budget.clone();

@@ -33,12 +33,7 @@ impl LightPaths {
 }
 
 /// What all pixels see of the light vertices of a pass.
-fn connect(
-    g: &mut Graph,
-    content: Content<'_>,
-    buffers: &SceneBuffers,
-    vertices: &Deposits,
-) -> (Splats, CameraInput) {
+fn connect(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, vertices: &Deposits) -> (Splats, CameraInput) {
     let pixels = content.settings.pixels();
     let (camera, input) = CameraInput::declare(g, "whole_camera", content, (0, pixels), 1);
     let view = View { scene: buffers, camera: &camera };

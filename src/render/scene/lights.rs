@@ -1,35 +1,35 @@
 //! The light table: every emitter with a probability proportional to its power.
+//!
+//! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend on.
 
 use std::f64::consts::PI;
 
+use super::host::Host;
+use super::sky::Sky;
 use crate::constants::{LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE};
 use crate::kernels::generated::Light as DeviceLight;
-use crate::scene::{Environment, Light, Material, Scene, World};
+use crate::scene::{Light, Material, Scene};
 
 /// Lights and the sampling tables of the environment.
 #[derive(Default)]
 pub struct LightTable {
     pub lights: Vec<DeviceLight>,
-    /// Radiance per texel, and its density: of samples per unit of the image's area.
-    pub environment: Vec<[f32; 4]>,
-    /// One cumulative row per image row, then the cumulative column; empty without environment.
-    pub environment_cdf: Vec<f32>,
     /// Per material: density per area with which a light sample is a point of its front; 0 where it is no light.
     pub densities: Vec<f32>,
     pub has_triangles: bool,
     pub has_delta: bool,
-    pub has_environment: bool,
     /// Sum of the powers, luminance [W].
     pub power: f64,
 }
 
-fn luminance(c: [f32; 3]) -> f64 {
+pub(super) fn luminance(c: [f32; 3]) -> f64 {
     0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2])
 }
 
 impl LightTable {
-    /// Lights of `scene` whose triangles are in leaf order `order`; `radius` is that of the scene's sphere.
-    pub fn of(scene: &Scene, world: &World, order: &[u32], radius: f64) -> Self {
+    /// Lights of `scene`, of which `host` knows the rest.
+    pub fn of(scene: &Scene, host: &Host) -> Self {
+        let radius = f64::from(host.tree.radius);
         let mut table = Self::default();
         let mut powers = Vec::new();
         for light in &scene.lights {
@@ -37,12 +37,26 @@ impl LightTable {
             table.push(&mut powers, device, power);
         }
         table.has_delta = !table.lights.is_empty();
-        let average = average_emission(scene);
-        for (at, &id) in order.iter().enumerate() {
-            let material = world.material[id as usize] as usize;
-            let emission = average[material];
+        table.add_triangles(&mut powers, scene, host);
+        if let Some(sky) = &host.sky {
+            let light = DeviceLight { kind: LIGHT_ENVIRONMENT, ..DeviceLight::default() };
+            table.push(&mut powers, light, sky.power(radius));
+        }
+        table.finish(&powers);
+        let density = |(m, e): (&Material, &[f32; 3])| {
+            let shines = table.has_triangles && !m.unlit && luminance(*e) > 0.0;
+            if shines { (PI * luminance(*e) / table.power) as f32 } else { 0.0 }
+        };
+        table.densities = scene.materials.iter().zip(&host.emission).map(density).collect();
+        table
+    }
+
+    fn add_triangles(&mut self, powers: &mut Vec<f64>, scene: &Scene, host: &Host) {
+        for (at, &id) in host.tree.bvh.order.iter().enumerate() {
+            let material = host.world.material[id as usize] as usize;
+            let emission = host.emission[material];
             if luminance(emission) > 0.0 && !scene.materials[material].unlit {
-                let area = area(world, id);
+                let area = host.world.area(id);
                 let device = DeviceLight {
                     kind: LIGHT_TRIANGLE,
                     emission,
@@ -50,20 +64,10 @@ impl LightTable {
                     triangle: at as u32,
                     ..DeviceLight::default()
                 };
-                table.push(&mut powers, device, PI * area * luminance(emission));
-                table.has_triangles = true;
+                self.push(powers, device, PI * area * luminance(emission));
+                self.has_triangles = true;
             }
         }
-        if let Some(environment) = &scene.environment {
-            table.add_environment(&mut powers, environment, radius);
-        }
-        table.finish(&powers);
-        let density = |(m, e): (&Material, &[f32; 3])| {
-            let shines = table.has_triangles && !m.unlit && luminance(*e) > 0.0;
-            if shines { (PI * luminance(*e) / table.power) as f32 } else { 0.0 }
-        };
-        table.densities = scene.materials.iter().zip(&average).map(density).collect();
-        table
     }
 
     fn push(&mut self, powers: &mut Vec<f64>, light: DeviceLight, power: f64) {
@@ -85,8 +89,8 @@ impl LightTable {
 
     /// A bound of the power that the photons of a pass carry together, for each of red, green and blue [W]: the power of
     /// all lights as luminance, times the largest ratio of this channel to luminance among the lights.
-    pub fn greatest_power(&self) -> [f64; 3] {
-        let sky = self.environment.iter().fold([0.0; 3], |sum, texel| std::array::from_fn(|k| sum[k] + texel[k]));
+    pub fn greatest_power(&self, sky: Option<&Sky>) -> [f64; 3] {
+        let sky = sky.map_or([0.0; 3], |sky| sky.sum);
         let colours =
             self.lights.iter().map(|light| if light.kind == LIGHT_ENVIRONMENT { sky } else { light.emission });
         let shares = colours.map(|c| (c, luminance(c))).filter(|(_, y)| *y > 0.0 && y.is_finite());
@@ -96,13 +100,13 @@ impl LightTable {
 
     /// Exponents of the powers of two in which the film counts radiance and depth: typical values of a scene of this
     /// radius are near them. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
-    pub fn film_exponents(&self, scene: &Scene, radius: f64) -> [i32; 2] {
+    pub fn film_exponents(&self, scene: &Scene, host: &Host) -> [i32; 2] {
         /// What is seen of a light itself may be brighter than what it lights up by this factor before it decides.
         const PEAK: f64 = 65536.0;
         let unlit = scene.materials.iter().filter(|m| m.unlit).map(|m| luminance([0, 1, 2].map(|k| m.base_color[k])));
         let emissive = scene.materials.iter().map(|m| luminance(m.emissive));
-        let texels = scene.environment.iter().flat_map(|e| e.radiance.iter().map(|t| luminance(*t)));
-        let peak = unlit.chain(emissive).chain(texels).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let radius = f64::from(host.tree.radius);
+        let peak = unlit.chain(emissive).chain([host.sky_peak]).filter(|x| x.is_finite()).fold(0.0, f64::max);
         // The radiance of a white surface that all light falls on evenly.
         let typical = self.power / (4.0 * PI * PI * radius * radius);
         let exponent = |x: f64| if x > 0.0 && x.is_finite() { (x.log2().ceil() as i32).clamp(-100, 100) } else { 0 };
@@ -113,67 +117,6 @@ impl LightTable {
     pub fn environment_probability(&self) -> f32 {
         self.lights.iter().find(|light| light.kind == LIGHT_ENVIRONMENT).map_or(0.0, |light| light.probability)
     }
-
-    fn add_environment(&mut self, powers: &mut Vec<f64>, e: &Environment, radius: f64) {
-        let (width, height) = (e.width as usize, e.height as usize);
-        let weights = texel_weights(e);
-        let total: f64 = weights.iter().sum();
-        if total <= 0.0 {
-            return;
-        }
-        self.has_environment = true;
-        self.environment = e.radiance.iter().map(|t| [t[0], t[1], t[2], 0.0]).collect();
-        let mut column = Vec::with_capacity(height);
-        let mut so_far = 0.0;
-        for row in weights.chunks(width) {
-            let sum: f64 = row.iter().sum();
-            let mut inside = 0.0;
-            self.environment_cdf.extend(row.iter().map(|w| {
-                inside += w;
-                if sum > 0.0 { (inside / sum) as f32 } else { 0.0 }
-            }));
-            so_far += sum;
-            column.push((so_far / total) as f32);
-        }
-        self.environment_cdf.extend(column);
-        self.add_texel_densities(width, height);
-        // Texel weights are radiance times solid angle.
-        let solid = 2.0 * PI * PI / (width as f64 * height as f64);
-        let light = DeviceLight { kind: LIGHT_ENVIRONMENT, ..DeviceLight::default() };
-        self.push(powers, light, PI * radius * radius * total * solid);
-    }
-}
-
-impl LightTable {
-    /// Probability of each texel per unit of the image's area, by the rounded numbers that are searched for samples.
-    fn add_texel_densities(&mut self, width: usize, height: usize) {
-        let cdf = &self.environment_cdf;
-        let step = |first: usize, k: usize| cdf[first + k] - if k > 0 { cdf[first + k - 1] } else { 0.0 };
-        for y in 0..height {
-            for x in 0..width {
-                let texels = (width * height) as f32;
-                self.environment[y * width + x][3] = step(y * width, x) * step(width * height, y) * texels;
-            }
-        }
-    }
-}
-
-/// Luminance times the sine of the polar angle, smoothed over the neighbours that bilinear lookup reaches, so that no
-/// direction with light has density zero.
-fn texel_weights(e: &Environment) -> Vec<f64> {
-    let (width, height) = (e.width as usize, e.height as usize);
-    let at = |x: usize, y: usize| luminance(e.radiance[y * width + x]);
-    let mut weights = Vec::with_capacity(width * height);
-    for y in 0..height {
-        let sine = (PI * (y as f64 + 0.5) / height as f64).sin();
-        for x in 0..width {
-            let (left, right) = ((x + width - 1) % width, (x + 1) % width);
-            let row = |y: usize| 0.125 * (at(left, y) + at(right, y)) + 0.75 * at(x, y);
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-            weights.push(sine * (0.125 * (row(above) + row(below)) + 0.75 * row(y)));
-        }
-    }
-    weights
 }
 
 fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
@@ -205,7 +148,7 @@ fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {
 }
 
 /// Emission of each material averaged over its texture.
-fn average_emission(scene: &Scene) -> Vec<[f32; 3]> {
+pub fn average_emission(scene: &Scene) -> Vec<[f32; 3]> {
     let linear = |byte: u8| {
         let c = f64::from(byte) / 255.0;
         if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -223,9 +166,4 @@ fn average_emission(scene: &Scene) -> Vec<[f32; 3]> {
         None => m.emissive,
     };
     scene.materials.iter().map(emission).collect()
-}
-
-fn area(world: &World, id: u32) -> f64 {
-    let [a, b, c] = world.corners(id).map(|p| glam::DVec3::from(p.map(f64::from)));
-    0.5 * (b - a).cross(c - a).length()
 }

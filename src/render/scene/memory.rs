@@ -32,6 +32,14 @@ impl Memory<'_> {
         }
     }
 
+    /// Replaces the first elements of memory.
+    pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, data: &[T]) -> Result<()> {
+        match self {
+            Self::Device(runtime) if !data.is_empty() => runtime.overwrite(persistent, data),
+            _ => Ok(()),
+        }
+    }
+
     /// Longest range that a kernel sees of a buffer, in bytes.
     pub fn longest_binding(&self) -> u64 {
         match self {

@@ -2,7 +2,10 @@
 
 pub mod camera;
 mod casters;
+pub mod host;
 mod lights;
 pub mod memory;
 mod shading;
+mod sky;
 pub mod upload;
+mod variant;

@@ -58,16 +58,31 @@ pub fn is_flat(world: &World, id: u32) -> bool {
 }
 
 /// Materials, texture uses and texels.
+#[derive(Default)]
 pub struct Textures {
     pub materials: Vec<DeviceMaterial>,
     pub uses: Vec<TextureUse>,
     pub texels: Vec<u32>,
+    /// Images that are used, in the order of their texels.
+    images: Vec<usize>,
+    /// Texels of these images.
+    texel_count: u32,
 }
 
 impl Textures {
     /// Packs the images that materials use, one after the other.
     pub fn of(scene: &Scene) -> Self {
-        let mut packed = Self { materials: vec![], uses: vec![], texels: vec![] };
+        let mut packed = Self::without_texels(scene);
+        packed.texels.reserve_exact(packed.texel_count as usize);
+        for &image in &packed.images {
+            packed.texels.extend(scene.images[image].rgba.iter().map(|texel| u32::from_le_bytes(*texel)));
+        }
+        packed
+    }
+
+    /// The same but for the texels, which other factors do not change.
+    pub fn without_texels(scene: &Scene) -> Self {
+        let mut packed = Self::default();
         let mut first_texel = vec![None; scene.images.len()];
         for material in &scene.materials {
             let converted = packed.material(scene, material, &mut first_texel);
@@ -109,8 +124,9 @@ impl Textures {
         let Texture { image, wrap, linear } = scene.textures[reference.texture as usize];
         let source = &scene.images[image as usize];
         let first_texel = *first[image as usize].get_or_insert_with(|| {
-            let at = self.texels.len() as u32;
-            self.texels.extend(source.rgba.iter().map(|texel| u32::from_le_bytes(*texel)));
+            let at = self.texel_count;
+            self.images.push(image as usize);
+            self.texel_count += source.rgba.len() as u32;
             at
         });
         let mode = |wrap: Wrap| match wrap {

@@ -1,19 +1,56 @@
 //! A scene on the device: tree, attributes, lights, casters, and the variant of the kernels that it needs.
 
+use std::sync::Arc;
+
 use super::casters::casters;
+use super::host::Host;
 use super::lights::LightTable;
 use super::memory::Memory;
-use super::shading::{Textures, is_flat, vertex_data};
+use super::shading::{Textures, vertex_data};
+use super::variant::variant;
 use crate::error::{Error, MemoryCause, Result};
 use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
-use crate::kernels::bvh_host::{ALPHA_MASKED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::{
     BvhNode, BvhTriangle, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::scene::frame::Bounds;
-use crate::scene::needs::{FOLLOWED_ROUGHNESS, is_specular};
-use crate::scene::{Material, Needs, Scene, World};
+use crate::render::settings::Settings;
+use crate::scene::Scene;
+
+/// Parts of a scene on the device that a change makes stale.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stale {
+    /// Triangles: the tree and everything that follows from where they are.
+    pub geometry: bool,
+    /// Which triangles have holes.
+    pub masks: bool,
+    /// Factors of materials.
+    pub materials: bool,
+    /// Which textures materials use, and texels.
+    pub textures: bool,
+    /// Spheres that caustic photons are aimed at.
+    pub casters: bool,
+    /// Light from infinity.
+    pub sky: bool,
+}
+
+impl Stale {
+    /// Everything: a scene that is not there yet.
+    pub const ALL: Self =
+        Self { geometry: true, masks: true, materials: true, textures: true, casters: true, sky: true };
+
+    /// What is stale by either.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            geometry: self.geometry || other.geometry,
+            masks: self.masks || other.masks,
+            materials: self.materials || other.materials,
+            textures: self.textures || other.textures,
+            casters: self.casters || other.casters,
+            sky: self.sky || other.sky,
+        }
+    }
+}
 
 /// A scene in device memory.
 #[derive(Clone)]
@@ -29,6 +66,14 @@ pub struct DeviceScene {
     environment: Persistent<[f32; 4]>,
     environment_cdf: Persistent<f32>,
     casters: Persistent<Caster>,
+    /// What the host knows of it.
+    host: Arc<Host>,
+    /// The materials as they are on the device.
+    host_materials: Vec<DeviceMaterial>,
+    /// Keeps every feature in the kernels.
+    full: bool,
+    /// Counts buffers that were replaced by longer ones: plans that bind the former are of no use.
+    pub(in crate::render) generation: u64,
     /// What the kernels are specialised for.
     pub variant: Variant,
     /// Number of lights, emissive triangles counted one by one.
@@ -72,73 +117,184 @@ impl DeviceScene {
 
     /// The same in any memory.
     pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
-        let world = World::of(scene);
-        let bvh = build_sah(&world.positions, &world.triangles);
-        check_size(memory, scene, "triangles", bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
-        let triangles = pack_triangles(&world.positions, &world.triangles, &bvh.order, |id| {
-            let material = world.material[id as usize];
-            let masked = scene.materials[material as usize].alpha_cutoff.is_some();
-            TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
-        });
-        // Triangles that the tree leaves out may lie anywhere, at infinity too: they count for nothing.
-        let mut kept = vec![false; world.triangles.len()];
-        bvh.order.iter().for_each(|&id| kept[id as usize] = true);
-        let bounds = bounds(&world, &kept);
-        let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
-        let radius = if radius > 0.0 { radius } else { 1.0 };
-        let table = LightTable::of(scene, &world, &bvh.order, f64::from(radius));
-        let used = scene.used_materials();
-        let any_specular = scene.materials.iter().zip(used).any(|(m, used)| used && is_specular(m));
-        let casters = if any_specular { casters(scene, &world, &kept) } else { vec![] };
-        let variant = variant((scene, &world), &table, full);
-        let shading = vertex_data(&world, &bvh.order, &variant);
-        check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
-        let mut textures = Textures::of(scene);
-        for (material, density) in textures.materials.iter_mut().zip(&table.densities) {
-            material.light_density = *density;
+        let mut device = Self::empty(memory, full);
+        device.update(memory, scene, Stale::ALL)?;
+        Ok(device)
+    }
+
+    /// Redoes what is stale, from the triangles to the numbers that follow from everything; lights always.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] for what does not fit the device; the scene is then of no use any more.
+    pub(in crate::render) fn update(&mut self, memory: Memory<'_>, scene: &Scene, stale: Stale) -> Result<Redone> {
+        let mut host = std::mem::take(&mut self.host);
+        let known = Arc::make_mut(&mut host);
+        if stale.geometry {
+            known.update_geometry(scene);
         }
-        check_size(memory, scene, "textures", textures.texels.len() as u64 * 4)?;
-        let (width, height) = scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
-        let globals = Globals {
-            center,
-            radius,
-            light_count: table.lights.len() as u32,
-            caster_count: casters.len() as u32,
-            environment_width: if table.has_environment { width } else { 0 },
-            environment_height: if table.has_environment { height } else { 0 },
-            environment_probability: table.environment_probability(),
-            ..Globals::default()
-        };
-        let mut device = Self {
-            nodes: memory.filled("nodes", &bvh.nodes)?,
-            triangles: memory.filled("triangles", &triangles)?,
-            shading_data: memory.filled("shading_data", &shading)?,
-            materials: memory.filled("materials", &textures.materials)?,
-            texture_uses: memory.filled("texture_uses", &textures.uses)?,
-            texels: memory.filled("texels", &textures.texels)?,
-            lights: memory.filled("lights", &table.lights)?,
-            globals: memory.filled("globals", &[globals])?,
-            environment: memory.filled("environment", &table.environment)?,
-            environment_cdf: memory.filled("environment_cdf", &table.environment_cdf)?,
-            casters: memory.filled("casters", &casters)?,
-            variant,
-            light_count: table.lights.len() as u32,
-            has_wide_lights: table.has_triangles || table.has_environment,
-            caster_count: casters.len() as u32,
-            triangle_count: triangles.len() as u32,
-            skipped_triangles: bvh.skipped,
+        if stale.materials {
+            known.update_materials(scene);
+        }
+        if stale.sky {
+            known.update_sky(scene);
+        }
+        self.host = host;
+        let table = LightTable::of(scene, &self.host);
+        let former = std::mem::replace(&mut self.variant, variant(scene, &self.host, &table, self.full));
+        let vertices = stale.geometry || !former.same_layout(&self.variant);
+        self.upload_tree(memory, scene, stale)?;
+        if vertices {
+            self.upload_vertices(memory, scene)?;
+        }
+        let materials = self.upload_materials(memory, scene, stale, &table)?;
+        if stale.sky {
+            self.upload_sky(memory)?;
+        }
+        if stale.casters {
+            self.upload_casters(memory, scene)?;
+        }
+        self.upload_lights(memory, scene, &table)?;
+        self.bytes = self.sizes().iter().map(|(_, bytes)| bytes).sum();
+        Ok(Redone { vertices, materials })
+    }
+
+    /// Adds to the variant what the settings ask for.
+    pub(in crate::render) fn specialise(&mut self, settings: &Settings) {
+        self.variant.blinn_phong = settings.blinn_phong;
+        self.variant.lens = self.full || settings.lens.is_some();
+        if settings.lambert_estimate {
+            (self.variant.gathers_glossy, self.variant.gathers_smooth) = (false, false);
+        }
+    }
+
+    /// A scene of nothing, to be filled.
+    fn empty(memory: Memory<'_>, full: bool) -> Self {
+        Self {
+            nodes: Persistent::detached("nodes", 0),
+            triangles: Persistent::detached("triangles", 0),
+            shading_data: Persistent::detached("shading_data", 0),
+            materials: Persistent::detached("materials", 0),
+            texture_uses: Persistent::detached("texture_uses", 0),
+            texels: Persistent::detached("texels", 0),
+            lights: Persistent::detached("lights", 0),
+            globals: Persistent::detached("globals", 0),
+            environment: Persistent::detached("environment", 0),
+            environment_cdf: Persistent::detached("environment_cdf", 0),
+            casters: Persistent::detached("casters", 0),
+            host: Arc::default(),
+            host_materials: vec![],
+            full,
+            generation: 0,
+            variant: Variant::default(),
+            light_count: 0,
+            has_wide_lights: false,
+            caster_count: 0,
+            triangle_count: 0,
+            skipped_triangles: 0,
             fences: memory.loop_limit().is_none(),
             loop_limit: memory.loop_limit(),
             most_deposits: memory.most_deposits(),
             device_class: memory.device_class(),
-            exponents: table.film_exponents(scene, f64::from(radius)),
-            light_power: table.greatest_power(),
-            radius,
-            surface_area: surface_area(&world),
+            exponents: [0; 2],
+            light_power: [0.0; 3],
+            radius: 1.0,
+            surface_area: 0.0,
             bytes: 0,
+        }
+    }
+
+    /// The tree, or only the flags of its triangles.
+    fn upload_tree(&mut self, memory: Memory<'_>, scene: &Scene, stale: Stale) -> Result<()> {
+        if !stale.geometry && !stale.masks {
+            return Ok(());
+        }
+        let tree = &self.host.tree;
+        check_size(memory, scene, "triangles", tree.bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
+        let triangles = self.host.packed_triangles(scene);
+        self.generation += fill(memory, &mut self.triangles, "triangles", &triangles)?;
+        if stale.geometry {
+            self.generation += fill(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+            self.triangle_count = tree.bvh.order.len() as u32;
+            self.skipped_triangles = tree.bvh.skipped;
+            self.radius = tree.radius;
+            self.surface_area = tree.surface_area;
+        }
+        Ok(())
+    }
+
+    fn upload_vertices(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
+        let shading = vertex_data(&self.host.world, &self.host.tree.bvh.order, &self.variant);
+        check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
+        self.generation += fill(memory, &mut self.shading_data, "shading_data", &shading)?;
+        Ok(())
+    }
+
+    /// Materials with the densities of the lights that they are; textures where they are stale. True if any material
+    /// differs from before.
+    fn upload_materials(
+        &mut self,
+        memory: Memory<'_>,
+        scene: &Scene,
+        stale: Stale,
+        table: &LightTable,
+    ) -> Result<bool> {
+        let mut materials = self.host_materials.clone();
+        if stale.textures {
+            let textures = Textures::of(scene);
+            check_size(memory, scene, "textures", textures.texels.len() as u64 * 4)?;
+            self.generation += fill(memory, &mut self.texture_uses, "texture_uses", &textures.uses)?;
+            self.generation += fill(memory, &mut self.texels, "texels", &textures.texels)?;
+            materials = textures.materials;
+        } else if stale.materials {
+            materials = Textures::without_texels(scene).materials;
+        }
+        for (material, density) in materials.iter_mut().zip(&table.densities) {
+            material.light_density = *density;
+        }
+        let bytes = |materials: &[DeviceMaterial]| bytemuck::cast_slice::<_, u8>(materials).to_vec();
+        let differ = stale.textures || bytes(&materials) != bytes(&self.host_materials);
+        if differ {
+            self.generation += fill(memory, &mut self.materials, "materials", &materials)?;
+            self.host_materials = materials;
+        }
+        Ok(differ)
+    }
+
+    fn upload_sky(&mut self, memory: Memory<'_>) -> Result<()> {
+        let (texels, cdf) = self.host.sky.as_ref().map_or((&[][..], &[][..]), |sky| (&sky.texels, &sky.cdf));
+        self.generation += fill(memory, &mut self.environment, "environment", texels)?;
+        self.generation += fill(memory, &mut self.environment_cdf, "environment_cdf", cdf)?;
+        Ok(())
+    }
+
+    fn upload_casters(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
+        let casters = casters(scene, &self.host.world, &self.host.tree.kept);
+        self.generation += fill(memory, &mut self.casters, "casters", &casters)?;
+        self.caster_count = casters.len() as u32;
+        Ok(())
+    }
+
+    /// Lights, and the numbers that follow from all of the scene.
+    fn upload_lights(&mut self, memory: Memory<'_>, scene: &Scene, table: &LightTable) -> Result<()> {
+        self.generation += fill(memory, &mut self.lights, "lights", &table.lights)?;
+        self.light_count = table.lights.len() as u32;
+        let sky = self.host.sky.as_ref();
+        self.has_wide_lights = table.has_triangles || sky.is_some();
+        self.exponents = table.film_exponents(scene, &self.host);
+        self.light_power = table.greatest_power(sky);
+        let [environment_width, environment_height] = sky.map_or([0; 2], |sky| sky.size);
+        let globals = Globals {
+            center: self.host.tree.center,
+            radius: self.host.tree.radius,
+            light_count: self.light_count,
+            caster_count: self.caster_count,
+            environment_width,
+            environment_height,
+            environment_probability: table.environment_probability(),
+            ..Globals::default()
         };
-        device.bytes = device.sizes().iter().map(|(_, bytes)| bytes).sum();
-        Ok(device)
+        self.generation += fill(memory, &mut self.globals, "globals", &[globals])?;
+        Ok(())
     }
 
     /// Name and size in bytes of every buffer.
@@ -185,19 +341,28 @@ impl DeviceScene {
     }
 }
 
-/// Bounds of the triangles that are kept.
-fn bounds(world: &World, kept: &[bool]) -> Option<Bounds> {
-    let triangles = world.triangles.iter().zip(kept).filter(|(_, kept)| **kept);
-    Bounds::around(triangles.flat_map(|(corners, _)| corners.map(|i| world.positions[i as usize])))
+/// What an update did beyond what was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Redone {
+    /// Vertex attributes have a new layout or new contents.
+    pub vertices: bool,
+    /// Materials have new contents.
+    pub materials: bool,
 }
 
-/// Area of all triangles, in square scene units.
-pub(in crate::render) fn surface_area(world: &World) -> f64 {
-    let area = |id: u32| {
-        let [a, b, c] = world.corners(id).map(|p| glam::Vec3::from(p).as_dvec3());
-        0.5 * (b - a).cross(c - a).length()
-    };
-    (0..world.triangles.len() as u32).map(area).filter(|area| area.is_finite()).sum()
+/// Writes to a buffer, which is replaced by a longer one where it is too short. Returns how often it was: 0 or 1.
+fn fill<T: bytemuck::Pod>(
+    memory: Memory<'_>,
+    buffer: &mut Persistent<T>,
+    name: &'static str,
+    data: &[T],
+) -> Result<u64> {
+    if data.len().max(1) <= buffer.len() as usize {
+        memory.overwrite(buffer, data)?;
+        return Ok(0);
+    }
+    *buffer = memory.filled(name, data)?;
+    Ok(1)
 }
 
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.
@@ -211,56 +376,4 @@ fn check_size(memory: Memory<'_>, scene: &Scene, what: &str, bytes: u64) -> Resu
         bytes,
         cause: MemoryCause::SceneTooLarge { part: what.to_owned(), longest: limit },
     })
-}
-
-fn variant((scene, world): (&Scene, &World), table: &LightTable, full: bool) -> Variant {
-    let needs = Needs::of(scene);
-    let mut v = Variant {
-        textures: full || needs.textures,
-        normal_maps: full || needs.normal_maps,
-        alpha_mask: full || needs.alpha_mask,
-        glass: full || needs.transmission,
-        absorption: full || needs.absorption,
-        glossy: full || !needs.lambert_only,
-        environment: full || table.has_environment,
-        area_lights: full || table.has_triangles,
-        delta_lights: full || table.has_delta,
-        lens: full,
-        smooth_normals: full || needs.normal_maps || has_smooth_normals(scene, world, |_| true),
-        gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
-        gathers_smooth: full || needs.normal_maps || has_smooth_normals(scene, world, gathers),
-        blinn_phong: false,
-        shading_stride: 3,
-        uv0_at: 0,
-        uv1_at: 0,
-        color_at: 0,
-        tangent_at: 0,
-    };
-    let mut place = |wanted: bool, vectors: u32| {
-        let at = v.shading_stride;
-        v.shading_stride += if wanted { vectors } else { 0 };
-        if wanted { at } else { 0 }
-    };
-    let uv0_at = place(!world.uvs[0].is_empty() && needs.uv_sets[0], 1);
-    let uv1_at = place(!world.uvs[1].is_empty() && needs.uv_sets[1], 2);
-    let color_at = place(!world.colors.is_empty(), 3);
-    let tangent_at = place(!world.tangents.is_empty() && needs.normal_maps, 3);
-    Variant { uv0_at, uv1_at, color_at, tangent_at, ..v }
-}
-
-/// Whether a surface of this material has a lobe that is gathered: not a pure mirror, nor pure glass.
-fn gathers(m: &Material) -> bool {
-    let textured = m.metallic_roughness_texture.is_some() || m.transmission_texture.is_some();
-    let followed_only = (m.metallic >= 1.0 && m.roughness < FOLLOWED_ROUGHNESS) || m.transmission >= 1.0;
-    !m.unlit && (textured || !followed_only)
-}
-
-fn gathers_glossy(m: &Material) -> bool {
-    gathers(m) && (m.specular > 0.0 || m.metallic > 0.0 || m.transmission > 0.0)
-}
-
-/// Whether any vertex normal of a chosen material's triangles differs from its triangle's by more than rounding.
-fn has_smooth_normals(scene: &Scene, world: &World, chosen: impl Fn(&Material) -> bool) -> bool {
-    let chosen: Vec<bool> = scene.materials.iter().map(chosen).collect();
-    world.material.iter().enumerate().any(|(id, m)| chosen[*m as usize] && !is_flat(world, id as u32))
 }

@@ -16,6 +16,9 @@ impl Session {
         let mut film = Film::new(width, height, self.device_scene.exponents, layers);
         film.passes = self.passes.clone();
         film.rejected = self.rejected()?;
+        if self.stale_film {
+            return Ok(film);
+        }
         for band in &self.state.bands {
             let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
             let layers = if layers { self.runtime.download(&band.layers)? } else { vec![] };
@@ -59,6 +62,7 @@ impl Session {
             }
         }
         self.runtime.overwrite(&self.state.rejected, &[0])?;
+        self.stale_film = false;
         self.rejected_before = film.rejected;
         self.passes = film.passes.clone();
         Ok(())
@@ -96,6 +100,9 @@ impl Session {
 
     /// Values in the film's passes that were not finite and count as black.
     pub(super) fn rejected(&self) -> Result<u64> {
+        if self.stale_film {
+            return Ok(self.rejected_before);
+        }
         Ok(self.rejected_before + u64::from(self.runtime.download(&self.state.rejected)?[0]))
     }
 

@@ -1,5 +1,6 @@
 //! A render in progress: passes by global index, the film, and what is known about them.
 
+pub mod changes;
 pub mod error_model;
 pub mod estimator_bytes;
 mod film;
@@ -9,6 +10,7 @@ mod passes;
 mod pixels;
 mod report;
 mod statistics;
+mod update;
 
 use std::sync::Arc;
 
@@ -27,6 +29,7 @@ use crate::scene::Scene;
 use crate::vk::Device;
 
 pub use statistics::Statistics;
+pub use update::Updated;
 
 /// A render in progress.
 pub struct Session {
@@ -41,29 +44,32 @@ pub struct Session {
     passes: PassSet,
     /// Values rejected in passes of a film that was restored.
     rejected_before: u64,
+    /// The film on the device is to be emptied before the next pass.
+    stale_film: bool,
+    /// Nobody said how many photons a leaf of their tree holds.
+    automatic_leaf: bool,
+    /// It is to be found out again before the next pass.
+    stale_leaf: bool,
 }
 
 impl Session {
     /// Uploads the scene and records the pass.
     ///
     /// # Errors
-    /// Those of [`Settings::validate`]; [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit
-    /// the device.
+    /// Those of [`Scene::validate_references`] and [`Settings::validate`];
+    /// [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit the device.
     pub fn new(device: &Arc<Device>, scene: Scene, mut settings: Settings) -> Result<Self> {
+        scene.validate_references()?;
         settings.validate(&scene, device)?;
         let runtime = &Runtime::new(device.clone());
         let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
-        device_scene.variant.blinn_phong = settings.blinn_phong;
-        device_scene.variant.lens |= settings.lens.is_some();
-        if settings.lambert_estimate {
-            (device_scene.variant.gathers_glossy, device_scene.variant.gathers_smooth) = (false, false);
-        }
+        device_scene.specialise(&settings);
         let budget = PhotonBudget::of(&device_scene, &settings);
+        let automatic_leaf = settings.leaf_photons.is_none();
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let state = FilmState::new(Memory::Device(runtime), content)?;
-        if settings.leaf_photons.is_none() && content.has_photon_tree(&budget) {
-            let coverage = leaf_size::survey(runtime, content, &budget)?;
-            settings.leaf_photons = Some(leaf_size::automatic(coverage, settings.photon_build));
+        if automatic_leaf {
+            settings.leaf_photons = leaf_size::chosen(runtime, content)?;
         }
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let recording = Recording::new(runtime, content, &budget, &state)?;
@@ -78,6 +84,9 @@ impl Session {
             statistics: Statistics::none(),
             passes: PassSet::default(),
             rejected_before: 0,
+            stale_film: false,
+            automatic_leaf,
+            stale_leaf: false,
         })
     }
 

@@ -1,0 +1,99 @@
+//! What the host works out of a scene before it goes to the device. Each part is a pure function of the parts before it, so
+//! a change of the scene redoes only what follows from it.
+
+use super::lights::{average_emission, luminance};
+use super::shading::is_flat;
+use super::sky::Sky;
+use crate::kernels::bvh_host::{ALPHA_MASKED, HostBvh, TriangleTag, build_sah, pack_triangles};
+use crate::kernels::generated::BvhTriangle;
+use crate::scene::frame::Bounds;
+use crate::scene::{Scene, World};
+
+/// A scene as the host knows it.
+#[derive(Clone, Default)]
+pub struct Host {
+    /// All triangles in world space.
+    pub world: World,
+    /// For each material whether any of its triangles has shading normals of its own.
+    pub smooth: Vec<bool>,
+    pub tree: Tree,
+    /// Emission of each material, averaged over its texture.
+    pub emission: Vec<[f32; 3]>,
+    /// The environment, if it gives light.
+    pub sky: Option<Sky>,
+    /// Luminance of the brightest texel of the environment.
+    pub sky_peak: f64,
+}
+
+impl Host {
+    /// Flattens the scene, and builds what follows from its triangles.
+    pub fn update_geometry(&mut self, scene: &Scene) {
+        self.world = World::of(scene);
+        self.smooth = smooth_materials(&self.world, scene.materials.len());
+        self.tree = Tree::over(&self.world);
+    }
+
+    /// What follows from the materials.
+    pub fn update_materials(&mut self, scene: &Scene) {
+        self.emission = average_emission(scene);
+    }
+
+    /// What follows from the environment.
+    pub fn update_sky(&mut self, scene: &Scene) {
+        self.sky = scene.environment.as_ref().and_then(Sky::of);
+        let texels = scene.environment.iter().flat_map(|e| &e.radiance);
+        self.sky_peak = texels.map(|t| luminance(*t)).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    }
+
+    /// The triangles of the tree as the kernels read them, in leaf order.
+    pub fn packed_triangles(&self, scene: &Scene) -> Vec<BvhTriangle> {
+        let World { positions, triangles, material, .. } = &self.world;
+        pack_triangles(positions, triangles, &self.tree.bvh.order, |id| {
+            let material = material[id as usize];
+            let masked = scene.materials[material as usize].alpha_cutoff.is_some();
+            TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
+        })
+    }
+}
+
+/// The tree over a world, and its extent.
+#[derive(Clone, Default)]
+pub struct Tree {
+    pub bvh: HostBvh,
+    /// Which triangles of the world are in it. The others may lie anywhere, at infinity too: they count for nothing.
+    pub kept: Vec<bool>,
+    /// Centre of the scene's sphere.
+    pub center: [f32; 3],
+    /// Radius of the scene's sphere, greater than 0.
+    pub radius: f32,
+    /// Area of all triangles of the world, in square scene units.
+    pub surface_area: f64,
+}
+
+impl Tree {
+    fn over(world: &World) -> Self {
+        let bvh = build_sah(&world.positions, &world.triangles);
+        let mut kept = vec![false; world.triangles.len()];
+        bvh.order.iter().for_each(|&id| kept[id as usize] = true);
+        let inside = (0..).zip(&kept).filter(|(_, kept)| **kept);
+        let bounds = Bounds::around(inside.flat_map(|(id, _)| world.corners(id)));
+        let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        Self { bvh, kept, center, radius, surface_area: surface_area(world) }
+    }
+}
+
+/// Area of all triangles, in square scene units.
+pub fn surface_area(world: &World) -> f64 {
+    (0..world.triangles.len() as u32).map(|id| world.area(id)).filter(|area| area.is_finite()).sum()
+}
+
+/// For each material whether any vertex normal of its triangles differs from its triangle's by more than rounding.
+fn smooth_materials(world: &World, count: usize) -> Vec<bool> {
+    let mut smooth = vec![false; count];
+    for (id, material) in (0..).zip(&world.material) {
+        let known = &mut smooth[*material as usize];
+        *known = *known || !is_flat(world, id);
+    }
+    smooth
+}

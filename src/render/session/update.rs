@@ -1,0 +1,158 @@
+//! Changes of a scene that is being rendered: what follows from them is redone, and nothing else.
+
+use super::changes::{Change, Changes, Effect, Step, Steps};
+use super::{Session, Statistics};
+use crate::error::{Error, Result};
+use crate::film::accumulate::PassSet;
+use crate::kernels::photon::Emission;
+use crate::kernels::scene_data::Variant;
+use crate::render::pass::budget::PhotonBudget;
+use crate::render::pass::content::Content;
+use crate::render::pass::film_state::FilmState;
+use crate::render::pass::leaf_size;
+use crate::render::pass::recording::Recording;
+use crate::render::scene::memory::Memory;
+use crate::scene::Scene;
+
+/// What an update did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Updated {
+    /// The steps that were taken; none where nothing differs from before.
+    pub steps: Steps,
+}
+
+/// All that a recorded pass depends on, but for the contents of buffers.
+#[derive(Debug, PartialEq)]
+struct PlanKey {
+    variant: Variant,
+    generation: u64,
+    emissions: Vec<Emission>,
+    exponents: [i32; 2],
+    /// Without lights there is no direct light, and a single one without extent takes one ray.
+    lights: (bool, bool),
+}
+
+impl PlanKey {
+    fn of(content: Content<'_>, budget: &PhotonBudget) -> Self {
+        let device = content.device;
+        Self {
+            variant: device.variant,
+            generation: device.generation,
+            emissions: budget.emissions.clone(),
+            exponents: device.exponents,
+            lights: (device.light_count > 0, device.light_count == 1 && !device.has_wide_lights),
+        }
+    }
+}
+
+impl Session {
+    /// Changes the scene or its view. Passes that follow are, to the bit, those of a new session of the changed scene; the
+    /// film starts again, unless nothing that is seen has changed. What only a pass needs (an empty film, the size of the
+    /// leaves of the photon map) is prepared with the next pass.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a change that names what the scene does not have or whose numbers are out of range, and those
+    /// of [`crate::render::Settings::validate`]: nothing has changed then. After an error of the device the session is of
+    /// no more use.
+    pub fn update(&mut self, mut changes: Changes) -> Result<Updated> {
+        if let Some((index, fault)) = faults(&changes.0, &self.scene).next() {
+            return Err(Error::Usage(format!("change {index}: {fault}")));
+        }
+        let mut effect = Effect::default();
+        for change in &mut changes.0 {
+            change.exchange(&mut self.scene, &mut self.settings);
+            effect = effect.and(change.stale(&self.scene, &self.settings));
+        }
+        if let Err(error) = self.settings.validate(&self.scene, self.runtime.device()) {
+            changes.0.iter_mut().rev().for_each(|change| change.exchange(&mut self.scene, &mut self.settings));
+            return Err(error);
+        }
+        let steps = self.redo(effect)?;
+        Ok(Updated { steps })
+    }
+
+    /// Empties the film and the statistics, so that the passes that follow are the first.
+    pub fn reset(&mut self) {
+        self.statistics = Statistics::none();
+        self.passes = PassSet::default();
+        self.rejected_before = 0;
+        self.stale_film = true;
+    }
+
+    fn redo(&mut self, effect: Effect) -> Result<Steps> {
+        let mut steps = Vec::new();
+        let (former, slots) = (PlanKey::of(self.content(), &self.budget), self.content().slots());
+        if let Some(stale) = effect.scene {
+            let redone = self.device_scene.update(Memory::Device(&self.runtime), &self.scene, stale)?;
+            steps.push(Step::Lights);
+            let taken = [
+                (stale.casters, Step::Casters),
+                (redone.materials, Step::Materials),
+                (redone.vertices, Step::Vertices),
+                (stale.geometry, Step::Tree),
+            ];
+            steps.extend(taken.into_iter().filter(|(taken, _)| *taken).map(|(_, step)| step));
+        }
+        self.device_scene.specialise(&self.settings);
+        let budget = PhotonBudget::of(&self.device_scene, &self.settings);
+        if budget.emissions != self.budget.emissions {
+            self.budget = budget;
+        }
+        self.stale_leaf |= effect.leaf;
+        if effect.film {
+            steps.push(Step::Film);
+            self.reset();
+        }
+        if effect.camera {
+            steps.push(Step::Camera);
+        }
+        if PlanKey::of(self.content(), &self.budget) != former {
+            steps.push(Step::Plan);
+            self.plan_anew(slots)?;
+        } else if effect.camera {
+            let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
+            self.recording.set_camera(content);
+        }
+        Ok(Steps::of(steps))
+    }
+
+    /// Plans and records; the film has other bands where paths had another number of slots.
+    fn plan_anew(&mut self, former_slots: u32) -> Result<()> {
+        if self.content().slots() != former_slots {
+            self.state = FilmState::new(Memory::Device(&self.runtime), self.content())?;
+        }
+        self.choose_leaf()?;
+        self.recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state)?;
+        Ok(())
+    }
+
+    /// Chooses how many photons a leaf of their tree holds, if it is stale and nobody said it; true if it is another.
+    fn choose_leaf(&mut self) -> Result<bool> {
+        if !std::mem::take(&mut self.stale_leaf) || !self.automatic_leaf {
+            return Ok(false);
+        }
+        let former = self.settings.leaf_photons;
+        self.settings.leaf_photons = leaf_size::chosen(&self.runtime, self.content())?;
+        Ok(former != self.settings.leaf_photons)
+    }
+
+    /// What the next pass needs after changes.
+    pub(super) fn settle(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.stale_film) {
+            for band in &self.state.bands {
+                self.runtime.clear(&band.film)?;
+                self.runtime.clear(&band.layers)?;
+            }
+            self.runtime.clear(&self.state.rejected)?;
+        }
+        if self.choose_leaf()? {
+            self.recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state)?;
+        }
+        Ok(())
+    }
+}
+
+/// Changes that cannot be made, with their places and why.
+fn faults<'a>(changes: &'a [Change], scene: &'a Scene) -> impl Iterator<Item = (usize, String)> + 'a {
+    changes.iter().enumerate().filter_map(|(index, change)| Some((index, change.fault(scene)?)))
+}
