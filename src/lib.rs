@@ -85,9 +85,9 @@ mod vk;
 pub use error::{Error, MemoryCause, Result};
 pub use film::accumulate::Film;
 pub use picture::image::{Layer, Picture};
-pub use render::{Estimator, Lens, Method, Session, Settings, Statistics};
+pub use render::{Change, Changes, Estimator, Lens, Method, Session, Settings, Statistics, Step, Steps, Updated};
 pub use scene::{
-    Camera, Environment, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture, TextureRef, Transform,
-    Wrap,
+    Camera, CameraId, Environment, Image, Instance, InstanceId, Light, LightId, Material, MaterialId, Mesh, MeshId,
+    Projection, Scene, Texture, TextureRef, Transform, Wrap,
 };
 pub use vk::{Device, DeviceInfo, DeviceOptions, devices};

@@ -64,12 +64,17 @@ vec4 texture_or_one(uint use, vec2 uv0, vec2 uv1) {
     return TEXTURES && use != NO_TEXTURE ? sample_texture(use, uv0, uv1) : vec4(1.0);
 }
 
+// Where the vertex attributes of a triangle begin: they lie in the order of the scene, not of the tree's leaves.
+uint shading_at(BvhTriangle triangle) {
+    return floatBitsToUint(triangle.v0.w) * SHADING_STRIDE;
+}
+
 // Whether an alpha mask leaves the triangle in place at this point.
 bool alpha_accepts(uint triangle, vec2 barycentrics) {
     if (!ALPHA_MASK) return true;
     Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
     if (m.alpha_cutoff < 0.0) return true;
-    uint at = triangle * SHADING_STRIDE;
+    uint at = shading_at(triangles[triangle]);
     vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
     float alpha = m.base_alpha * interpolate_color(at, b).a;
     vec4 texel = texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b));
@@ -82,7 +87,7 @@ vec3 emission_at(uint triangle, vec2 barycentric) {
     if (!alpha_accepts(triangle, barycentric)) return vec3(0.0);
     vec3 emission = materials[m].emissive;
     if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
-        uint at = triangle * SHADING_STRIDE;
+        uint at = shading_at(triangles[triangle]);
         vec3 b = vec3(1.0 - barycentric.x - barycentric.y, barycentric);
         emission *= sample_texture(materials[m].emissive_texture, interpolate_uv0(at, b), interpolate_uv1(at, b)).rgb;
     }
@@ -171,7 +176,7 @@ Surface load_surface(Hit hit, vec3 direction, out InterpolatedNormal interpolate
     s.front = dot(normal, direction) < 0.0;
     float side = s.front ? 1.0 : -1.0;
     s.geometric = side * normal;
-    uint at = hit.triangle * SHADING_STRIDE;
+    uint at = shading_at(corners);
     s.shading = s.geometric;
     interpolated.normal = s.geometric;
     interpolated.dn1 = vec3(0.0);

@@ -14,7 +14,7 @@ struct BvhNode {
 
 // A triangle, stored in leaf order.
 struct BvhTriangle {
-    vec4 v0; // w: original triangle id
+    vec4 v0; // w: id of the triangle in the scene, whatever its place in the tree
     vec4 v1; // w: flags, BVH_ALPHA_MASKED
     vec4 v2; // w: material index
 };

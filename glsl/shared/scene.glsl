@@ -61,7 +61,7 @@ struct Light {
     float cos_inner;     // spot
     float cos_outer;     // spot
     float area;          // triangle
-    uint triangle;       // leaf-order triangle of a LIGHT_TRIANGLE
+    uint triangle;       // place in the tree of a LIGHT_TRIANGLE
 };
 
 // A sphere around a group of specular surfaces; caustic photons are aimed at these.

@@ -13,6 +13,7 @@ mod primitives;
 mod rays;
 mod scene;
 mod splats;
+mod update;
 
 pub use blobs::blobs;
 pub use photon_map::{
@@ -20,6 +21,7 @@ pub use photon_map::{
 };
 pub use primitives::primitives;
 pub use scene::{SceneReport, scene};
+pub use update::{UpdateReport, UpdateRow, update};
 
 use std::time::Instant;
 

@@ -9,4 +9,5 @@ mod path;
 mod photon_build;
 mod sampling;
 mod transport;
+mod update;
 mod ztest;

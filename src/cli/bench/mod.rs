@@ -4,6 +4,7 @@ mod estimator_report;
 mod estimators;
 mod machine;
 mod photon_map;
+mod update;
 
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 use self::estimators::EstimatorsArgs;
 use self::machine::Machine;
 use self::photon_map::PhotonMapArgs;
+use self::update::UpdateArgs;
 use super::console::{print, spinner};
 use super::device::DeviceArgs;
 use super::inputs::check_readable;
@@ -28,6 +30,7 @@ Examples:
   nephroid bench --json > rates.json
   nephroid bench photon-map ring.gltf pool.gltf
   nephroid bench estimators kitchen.glb
+  nephroid bench update chess.glb
 
 Columns: the median time of a run; items a second; bytes a second as the floor counts them; the rate as
 a share of what the floor allows. The floor is the least an item can cost: bytes moved at the speed of a
@@ -65,6 +68,8 @@ pub enum Table {
     Estimators(EstimatorsArgs),
     /// Compare builders and leaf sizes of the photon map, and count its photons
     PhotonMap(PhotonMapArgs),
+    /// Measure what changes of a scene cost in a running session
+    Update(UpdateArgs),
 }
 
 /// Measures scan, sort, tree build, rays, photons and gathering, and prints a table.
@@ -75,6 +80,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     match &args.table {
         Some(Table::PhotonMap(args)) => photon_map::run(args),
         Some(Table::Estimators(args)) => estimators::run(args),
+        Some(Table::Update(args)) => update::run(args),
         None => rates(args),
     }
 }

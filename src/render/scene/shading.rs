@@ -8,11 +8,12 @@ use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
 use crate::scene::{Material, Scene, Texture, TextureRef, World, Wrap};
 
-/// Vertex attributes of each triangle of `order`, laid out by `variant` (glsl/lib/scene_bindings.glsl).
-pub fn vertex_data(world: &World, order: &[u32], variant: &Variant) -> Vec<[f32; 4]> {
+/// Vertex attributes of each triangle, in the order of the world, laid out by `variant` (glsl/lib/scene_bindings.glsl).
+pub fn vertex_data(world: &World, variant: &Variant) -> Vec<[f32; 4]> {
     let stride = variant.shading_stride as usize;
-    let mut data = vec![[0.0; 4]; (order.len() * stride).max(1)];
-    for (at, &id) in order.iter().enumerate() {
+    let mut data = vec![[0.0; 4]; (world.triangles.len() * stride).max(1)];
+    for id in 0..world.triangles.len() as u32 {
+        let at = id as usize;
         let corners = world.triangles[id as usize].map(|corner| corner as usize);
         let vectors = &mut data[at * stride..(at + 1) * stride];
         // Zero stands for the triangle's own normal: flat triangles shade to the same bits whether the program

@@ -223,7 +223,7 @@ impl DeviceScene {
     }
 
     fn upload_vertices(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
-        let shading = vertex_data(&self.host.world, &self.host.tree.bvh.order, &self.variant);
+        let shading = vertex_data(&self.host.world, &self.variant);
         check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
         self.generation += fill(memory, &mut self.shading_data, "shading_data", &shading)?;
         Ok(())
@@ -314,7 +314,7 @@ impl DeviceScene {
     /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes are
     /// left behind.
     pub(in crate::render) fn with_variant(&self, variant: Variant) -> Self {
-        let vectors = (self.triangle_count * variant.shading_stride).max(1);
+        let vectors = (self.host.world.triangles.len() as u32 * variant.shading_stride).max(1);
         let mut other = Self { variant, shading_data: Persistent::detached("shading_data", vectors), ..self.clone() };
         other.bytes = other.sizes().iter().map(|(_, bytes)| bytes).sum();
         other

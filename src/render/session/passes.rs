@@ -29,7 +29,7 @@ impl Session {
     /// Those of the device.
     pub fn repeat_pass(&mut self, index: u64) -> Result<()> {
         let start = Instant::now();
-        self.settle()?;
+        self.prepare()?;
         let pass = Pass {
             index: index as u32,
             seed: self.settings.seed ^ ((index >> 32) as u32).wrapping_mul(0x9e37_79b9),

@@ -136,8 +136,12 @@ impl Session {
         Ok(former != self.settings.leaf_photons)
     }
 
-    /// What the next pass needs after changes.
-    pub(super) fn settle(&mut self) -> Result<()> {
+    /// Does now what updates leave to the next pass: empties the film on the device, and finds the size of the photon
+    /// map's leaves.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn prepare(&mut self) -> Result<()> {
         if std::mem::take(&mut self.stale_film) {
             for band in &self.state.bands {
                 self.runtime.clear(&band.film)?;
