@@ -182,6 +182,23 @@ fn bench_measures_every_kind() {
 }
 
 #[test]
+fn bench_tells_what_changes_cost() {
+    let _turn = turn();
+    let folder = folder();
+    let report = json("bench update --json --repeats 1 --size 16x12 --device % @cornell-glass.glb", folder.path());
+    let scene = &report[0];
+    assert!(scene["new_seconds"].as_f64() > Some(0.0) && scene["new_compiled_seconds"].as_f64() > Some(0.0));
+    let changes = scene["changes"].as_array().expect("a list");
+    let steps = |name: &str| {
+        let change = changes.iter().find(|change| change["change"] == name).unwrap_or_else(|| panic!("no {name}"));
+        assert!(change["update_seconds"].as_f64() > Some(0.0), "{name}");
+        change["steps"].clone()
+    };
+    assert_eq!(steps("camera"), serde_json::json!(["film", "camera"]));
+    assert!(steps("instance moved").as_array().expect("a list").contains(&"tree".into()));
+}
+
+#[test]
 fn bench_compares_the_estimators() {
     let _turn = turn();
     let folder = folder();
