@@ -1,7 +1,7 @@
 //! Renders a scene, moves the camera and a lamp, and renders again: nothing is loaded, built or planned anew.
 //!
 //! ```text
-//! cargo run --release --example moving_camera
+//! cargo run --release --example moving_camera -- moving_camera.png
 //! ```
 
 use std::path::Path;
@@ -11,6 +11,7 @@ use nephroid::{
 };
 
 fn main() -> Result<()> {
+    let picture = std::env::args().nth(1).unwrap_or_else(|| "moving_camera.png".into());
     let mut scene = Scene::default();
     scene.add(&Mesh::quad([-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0]), Material::lambert([0.7, 0.6, 0.5]));
     scene.add(&Mesh::sphere([0.0, 0.5, 0.0], 0.5, 32, 64), Material::glass(1.5));
@@ -26,8 +27,10 @@ fn main() -> Result<()> {
         for pass in 0..4 {
             session.run_pass(pass)?;
         }
-        session.picture()?.save(Path::new(&format!("frame{frame}.png")))?;
     }
+    // The film holds the passes since the last change.
+    session.picture()?.save(Path::new(&picture))?;
+    println!("{picture}");
     device.check_validation()
 }
 
