@@ -206,7 +206,8 @@ mod tests {
         scene.add_material(Material::lambert([0.5; 3]));
         let mut odd = square();
         odd.normals = vec![[0.0, 0.0, 2.0]; 4];
-        odd.positions[0] = [-0.0, f32::NAN, 1e-30];
+        // The first triangle alone has this corner.
+        odd.positions[1] = [-0.0, f32::NAN, 1e-30];
         let mesh = scene.add_mesh(odd.clone());
         scene.add_instance(Instance::of(mesh));
         let world = World::of(&scene);
@@ -216,6 +217,6 @@ mod tests {
         scene.instances[0].transform = Some(Transform::IDENTITY);
         let moved = World::of(&scene);
         assert_eq!(moved.normals, [[0.0, 0.0, 1.0]; 4]);
-        assert_eq!((moved.triangles.len(), moved.skipped.non_finite_triangles), (0, 2));
+        assert_eq!((moved.triangles.len(), moved.skipped.non_finite_triangles), (1, 1));
     }
 }

@@ -176,7 +176,8 @@ fn a_build_from_source_is_announced_in_one_line() {
     assert!(words(&output).contains("15 CPU minutes"), "{}", words(&output));
 }
 
-/// The real ar takes the name of an archive up to a space. Whoever keeps the repository in `a folder` may have a file `a`.
+/// The real ar takes the name of an archive up to a space. Whoever keeps the repository in `a folder` may have a file
+/// `a`.
 #[test]
 fn libraries_are_merged_in_a_folder_with_a_space_and_no_other_file_is_touched() {
     let machine = Machine::debian(1000, &PACKAGES);

@@ -1,5 +1,5 @@
-//! A session whose scene changes renders what a new session of the changed scene renders, to the bit, and does no more for
-//! it than the change asks for.
+//! A session whose scene changes renders what a new session of the changed scene renders, to the bit, and does no more
+//! for it than the change asks for.
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
