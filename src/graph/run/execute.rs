@@ -24,7 +24,8 @@ impl Runtime {
     /// Allocates the plan's memory and records its commands.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] if a buffer is longer than this device can bind (found before anything is allocated) or
+    /// [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) if a buffer is longer than this device can bind (found
+    /// before anything is allocated) or
     /// memory runs out; errors of the device.
     pub fn prepare(&self, plan: &Plan) -> Result<Executable> {
         check(&self.device, plan)?;

@@ -48,7 +48,7 @@ impl Session {
     /// render had never been stopped.
     ///
     /// # Errors
-    /// [`Error::Usage`] if size, layers or units differ.
+    /// [`Error::Usage`](crate::error::Error::Usage) if size, layers or units differ.
     pub fn restore(&mut self, film: &Film) -> Result<()> {
         let Settings { width, height, layers, .. } = self.settings;
         Film::new(width, height, self.device_scene.exponents, layers).merge(film)?;

@@ -33,7 +33,8 @@ impl Session {
         Ok(Statistics { rejected: self.rejected()?, ..self.statistics.clone() })
     }
 
-    /// Photons stored in the last pass, in order of emission; none unless [`Settings::read_photons`] and
+    /// Photons stored in the last pass, in order of emission; none unless
+    /// [`Settings::read_photons`](crate::render::Settings::read_photons) and
     /// [`crate::render::Method::Photons`].
     pub fn photons(&self) -> Vec<Photon> {
         self.recording.photons()

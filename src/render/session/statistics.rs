@@ -22,9 +22,9 @@ pub struct Statistics {
     pub eye_paths_truncated: u64,
     /// Pixel values that were not finite and counted as black.
     pub rejected: u64,
-    /// Photons tested against eye hits, if [`Settings::count_pairs`].
+    /// Photons tested against eye hits, if [`Settings::count_pairs`](crate::render::Settings::count_pairs).
     pub pairs_tested: u64,
-    /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`].
+    /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`](crate::render::Settings::count_pairs).
     pub pairs_accepted: u64,
     /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`crate::render::Estimator::Tiled`].
     pub structure_counts: Vec<(&'static str, u64)>,
