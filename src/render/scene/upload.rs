@@ -213,7 +213,7 @@ impl DeviceScene {
         let triangles = self.host.packed_triangles(scene);
         self.generation += fill(memory, &mut self.triangles, "triangles", &triangles)?;
         if stale.geometry {
-            self.generation += fill(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+            self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
             self.triangle_count = tree.bvh.order.len() as u32;
             self.skipped_triangles = tree.bvh.skipped;
             self.radius = tree.radius;
@@ -269,14 +269,14 @@ impl DeviceScene {
 
     fn upload_casters(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
         let casters = casters(scene, &self.host.world, &self.host.tree.kept);
-        self.generation += fill(memory, &mut self.casters, "casters", &casters)?;
+        self.generation += fill_roomy(memory, &mut self.casters, "casters", &casters)?;
         self.caster_count = casters.len() as u32;
         Ok(())
     }
 
     /// Lights, and the numbers that follow from all of the scene.
     fn upload_lights(&mut self, memory: Memory<'_>, scene: &Scene, table: &LightTable) -> Result<()> {
-        self.generation += fill(memory, &mut self.lights, "lights", &table.lights)?;
+        self.generation += fill_roomy(memory, &mut self.lights, "lights", &table.lights)?;
         self.light_count = table.lights.len() as u32;
         let sky = self.host.sky.as_ref();
         self.has_wide_lights = table.has_triangles || sky.is_some();
@@ -363,6 +363,22 @@ fn fill<T: bytemuck::Pod>(
     }
     *buffer = memory.filled(name, data)?;
     Ok(1)
+}
+
+/// The same with room for more: another place of a triangle is another number of nodes, another colour may be a light.
+fn fill_roomy<T: bytemuck::Pod>(
+    memory: Memory<'_>,
+    buffer: &mut Persistent<T>,
+    name: &'static str,
+    data: &[T],
+) -> Result<u64> {
+    const LEAST: usize = 16;
+    let replaced = data.len() > buffer.len() as usize || buffer.len() == 0;
+    if replaced {
+        *buffer = memory.zeroed(name, (data.len() + data.len() / 8 + LEAST) as u32)?;
+    }
+    memory.overwrite(buffer, data)?;
+    Ok(u64::from(replaced))
 }
 
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.
