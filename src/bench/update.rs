@@ -54,6 +54,7 @@ pub fn update(
     repeats: u32,
     begin: &mut dyn FnMut(&str),
 ) -> Result<UpdateReport> {
+    let scene = &with_lamp(scene);
     begin("a new session");
     let timed = |device: &Arc<Device>| -> Result<(Session, f64)> {
         let (scene, settings) = (scene.clone(), settings.clone());
@@ -78,6 +79,16 @@ pub fn update(
         warm: median(warm?),
         rows,
     })
+}
+
+/// The scene, with a faint lamp at its first camera if it has no light of that kind.
+fn with_lamp(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    if scene.lights.is_empty() {
+        let position = scene.cameras.first().map_or([0.0; 3], |camera| camera.position);
+        scene.add_light(Light::Point { position, intensity: [1e-3; 3] });
+    }
+    scene
 }
 
 /// There and back until each way was gone often enough; the first time there does not count.

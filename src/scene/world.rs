@@ -44,6 +44,8 @@ pub struct Part {
     pub vertices: Range<u32>,
     /// For each of its triangles the one of the mesh, where some of them were left out.
     kept: Option<Vec<u32>>,
+    skipped: Skipped,
+    replaced_normals: bool,
 }
 
 /// Optional attributes that every vertex of the world has.
@@ -78,7 +80,54 @@ impl World {
             let flat = flattened(scene, instance, &needed);
             world.append(mesh, flat, &needed);
         }
+        world.count();
         world
+    }
+
+    /// Flattens one instance of the scene again, whose transform or vertices have changed since. False if it has other
+    /// numbers of triangles or vertices now: then nothing is done, and the world has to be made anew.
+    ///
+    /// # Panics
+    /// If `instance` is not in the scene, or the scene has other instances, meshes or materials than when the world was made.
+    pub fn replace(&mut self, scene: &Scene, instance: InstanceId) -> bool {
+        let needed = Needed::of(scene);
+        let placed = &scene.instances[instance.index()];
+        let flat = flattened(scene, placed, &needed);
+        let part = &self.parts[instance.index()];
+        if flat.vertices.triangles.len() != part.triangles.len() || flat.vertices.positions.len() != part.vertices.len()
+        {
+            return false;
+        }
+        let mut alone = Self::default();
+        alone.append(&scene.meshes[placed.mesh.index()], flat, &needed);
+        let (first, vertices) = (part.vertices.start, index_range(&part.vertices));
+        let triangles = index_range(&part.triangles);
+        self.positions[vertices.clone()].copy_from_slice(&alone.positions);
+        self.normals[vertices.clone()].copy_from_slice(&alone.normals);
+        for (all, own) in self.uvs.iter_mut().zip(&alone.uvs).filter(|(_, own)| !own.is_empty()) {
+            all[vertices.clone()].copy_from_slice(own);
+        }
+        if needed.colors {
+            self.colors[vertices.clone()].copy_from_slice(&alone.colors);
+        }
+        if needed.tangents {
+            self.tangents[vertices].copy_from_slice(&alone.tangents);
+        }
+        for (all, own) in self.triangles[triangles].iter_mut().zip(&alone.triangles) {
+            *all = own.map(|i| first + i);
+        }
+        let Part { kept, skipped, replaced_normals, .. } = alone.parts.remove(0);
+        let part = &mut self.parts[instance.index()];
+        (part.kept, part.skipped, part.replaced_normals) = (kept, skipped, replaced_normals);
+        self.count();
+        true
+    }
+
+    /// Sums of the parts.
+    fn count(&mut self) {
+        self.skipped = Skipped::default();
+        self.parts.iter().for_each(|part| self.skipped.add(part.skipped));
+        self.replaced_normals = self.parts.iter().any(|part| part.replaced_normals);
     }
 
     /// The triangle `triangle` of an instance's mesh; `None` if it is not visible or was left out.
@@ -132,11 +181,14 @@ impl World {
         self.normals.extend(vertices.normals);
         self.triangles.extend(vertices.triangles.iter().map(|t| t.map(|i| first + i)));
         self.material.resize(self.triangles.len(), mesh.material.0);
-        self.skipped.add(skipped);
-        self.replaced_normals |= replaced_normals;
         let triangles = first_triangle..self.triangles.len() as u32;
-        self.parts.push(Part { triangles, vertices: first..self.positions.len() as u32, kept });
+        let vertices = first..self.positions.len() as u32;
+        self.parts.push(Part { triangles, vertices, kept, skipped, replaced_normals });
     }
+}
+
+fn index_range(range: &Range<u32>) -> Range<usize> {
+    range.start as usize..range.end as usize
 }
 
 /// An instance in the world; nothing where it is not visible.
@@ -187,6 +239,22 @@ mod tests {
         assert_eq!(world.triangle(InstanceId(0), 2), None);
         assert_eq!(world.triangle(InstanceId(0), u32::MAX), None);
         assert_eq!(world.triangle(InstanceId(3), 0), None);
+    }
+
+    #[test]
+    fn instances_are_replaced_in_place() {
+        let mut scene = scene();
+        let mut world = World::of(&scene);
+        scene.instances[1].transform = Some(Transform::scaling([-1.0, 2.0, 1.0]));
+        scene.meshes[2].positions[1] = [1.5, 0.0, 0.5];
+        assert!(world.replace(&scene, InstanceId(1)) && world.replace(&scene, InstanceId(2)));
+        assert_eq!(world, World::of(&scene));
+        // One triangle less, and one vertex less.
+        let before = world.clone();
+        scene.meshes[0].positions[2] = [0.0; 3];
+        assert!(!world.replace(&scene, InstanceId(0)) && world == before);
+        scene.instances[2].visible = false;
+        assert!(!world.replace(&scene, InstanceId(2)) && world == before);
     }
 
     #[test]

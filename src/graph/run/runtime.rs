@@ -68,7 +68,14 @@ impl Runtime {
 
     /// Replaces the content of persistent memory from its start.
     pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, data: &[T]) -> Result<()> {
-        assert!(data.len() <= persistent.len as usize, "'{}' is shorter than the data", persistent.name);
+        self.overwrite_from(persistent, 0, data)
+    }
+
+    /// Replaces the content of persistent memory from element `first` on.
+    pub fn overwrite_from<T: Pod>(&self, persistent: &Persistent<T>, first: u32, data: &[T]) -> Result<()> {
+        let end = first as usize + data.len();
+        assert!(end <= persistent.len as usize, "'{}' is shorter than the data", persistent.name);
+        let begin = u64::from(first) * size_of::<T>() as u64;
         const CHUNK: usize = 64 << 20;
         let target = device_buffer(&persistent.store);
         let bytes: &[u8] = bytemuck::cast_slice(data);
@@ -76,7 +83,7 @@ impl Runtime {
             let staging = self.device.buffer("staging", chunk.len().max(16) as u64, Place::Upload)?;
             staging.write(0, chunk);
             let mut recorder = self.device.recorder("upload")?;
-            recorder.copy(&staging, 0, target, (index * CHUNK) as u64, chunk.len() as u64);
+            recorder.copy(&staging, 0, target, begin + (index * CHUNK) as u64, chunk.len() as u64);
             recorder.finish()?.submit()?.wait()?;
         }
         Ok(())

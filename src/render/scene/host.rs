@@ -7,15 +7,15 @@ use super::sky::Sky;
 use crate::kernels::bvh_host::{ALPHA_MASKED, HostBvh, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::BvhTriangle;
 use crate::scene::frame::Bounds;
-use crate::scene::{Scene, World};
+use crate::scene::{Instance, InstanceId, Material, Part, Scene, World};
 
 /// A scene as the host knows it.
 #[derive(Clone, Default)]
 pub struct Host {
     /// All triangles in world space.
     pub world: World,
-    /// For each material whether any of its triangles has shading normals of its own.
-    pub smooth: Vec<bool>,
+    /// For each instance whether any of its triangles has shading normals of its own.
+    smooth: Vec<bool>,
     pub tree: Tree,
     /// Emission of each material, averaged over its texture.
     pub emission: Vec<[f32; 3]>,
@@ -29,8 +29,27 @@ impl Host {
     /// Flattens the scene, and builds what follows from its triangles.
     pub fn update_geometry(&mut self, scene: &Scene) {
         self.world = World::of(scene);
-        self.smooth = smooth_materials(&self.world, scene.materials.len());
+        self.smooth = self.world.parts.iter().map(|part| is_smooth(&self.world, part)).collect();
         self.tree = Tree::over(&self.world);
+    }
+
+    /// The same where only these instances are elsewhere or have other vertices. False if that has changed the numbers of
+    /// triangles or vertices: then everything has to be done.
+    pub fn move_instances(&mut self, scene: &Scene, moved: &[InstanceId]) -> bool {
+        if !moved.iter().all(|&id| self.world.replace(scene, id)) {
+            return false;
+        }
+        for id in moved {
+            self.smooth[id.index()] = is_smooth(&self.world, &self.world.parts[id.index()]);
+        }
+        self.tree = Tree::over(&self.world);
+        true
+    }
+
+    /// Whether a material of those that `chosen` accepts has triangles with shading normals of their own.
+    pub fn any_smooth(&self, scene: &Scene, chosen: impl Fn(&Material) -> bool) -> bool {
+        let material = |instance: &Instance| &scene.materials[scene.meshes[instance.mesh.index()].material.index()];
+        scene.instances.iter().zip(&self.smooth).any(|(instance, smooth)| *smooth && chosen(material(instance)))
     }
 
     /// What follows from the materials.
@@ -88,12 +107,7 @@ pub fn surface_area(world: &World) -> f64 {
     (0..world.triangles.len() as u32).map(|id| world.area(id)).filter(|area| area.is_finite()).sum()
 }
 
-/// For each material whether any vertex normal of its triangles differs from its triangle's by more than rounding.
-fn smooth_materials(world: &World, count: usize) -> Vec<bool> {
-    let mut smooth = vec![false; count];
-    for (id, material) in (0..).zip(&world.material) {
-        let known = &mut smooth[*material as usize];
-        *known = *known || !is_flat(world, id);
-    }
-    smooth
+/// Whether any vertex normal of an instance differs from its triangle's by more than rounding.
+fn is_smooth(world: &World, part: &Part) -> bool {
+    part.triangles.clone().any(|id| !is_flat(world, id))
 }

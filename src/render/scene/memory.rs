@@ -32,10 +32,10 @@ impl Memory<'_> {
         }
     }
 
-    /// Replaces the first elements of memory.
-    pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, data: &[T]) -> Result<()> {
+    /// Replaces elements of memory from `first` on.
+    pub fn overwrite<T: Pod>(&self, persistent: &Persistent<T>, first: u32, data: &[T]) -> Result<()> {
         match self {
-            Self::Device(runtime) if !data.is_empty() => runtime.overwrite(persistent, data),
+            Self::Device(runtime) if !data.is_empty() => runtime.overwrite_from(persistent, first, data),
             _ => Ok(()),
         }
     }

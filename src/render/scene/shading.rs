@@ -4,16 +4,17 @@ use crate::constants::{
     MATERIAL_UNLIT, MATERIAL_VOLUME, NO_TEXTURE, TEXTURE_LINEAR, TEXTURE_SRGB, TEXTURE_UV1, WRAP_CLAMP, WRAP_MIRROR,
     WRAP_REPEAT, WRAP_V_SHIFT,
 };
+use std::ops::Range;
+
 use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
 use crate::scene::{Material, Scene, Texture, TextureRef, World, Wrap};
 
-/// Vertex attributes of each triangle, in the order of the world, laid out by `variant` (glsl/lib/scene_bindings.glsl).
-pub fn vertex_data(world: &World, variant: &Variant) -> Vec<[f32; 4]> {
+/// Vertex attributes of a range of the world's triangles, laid out by `variant` (glsl/lib/scene_bindings.glsl).
+pub fn vertex_data(world: &World, triangles: Range<u32>, variant: &Variant) -> Vec<[f32; 4]> {
     let stride = variant.shading_stride as usize;
-    let mut data = vec![[0.0; 4]; (world.triangles.len() * stride).max(1)];
-    for id in 0..world.triangles.len() as u32 {
-        let at = id as usize;
+    let mut data = vec![[0.0; 4]; (triangles.len() * stride).max(1)];
+    for (at, id) in triangles.enumerate() {
         let corners = world.triangles[id as usize].map(|corner| corner as usize);
         let vectors = &mut data[at * stride..(at + 1) * stride];
         // Zero stands for the triangle's own normal: flat triangles shade to the same bits whether the program

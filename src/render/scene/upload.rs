@@ -15,13 +15,16 @@ use crate::kernels::generated::{
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
 use crate::render::settings::Settings;
-use crate::scene::Scene;
+use crate::scene::needs::is_specular;
+use crate::scene::{InstanceId, Scene};
 
 /// Parts of a scene on the device that a change makes stale.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Stale {
-    /// Triangles: the tree and everything that follows from where they are.
+    /// Any triangles: the tree and everything that follows from where they are.
     pub geometry: bool,
+    /// Instances that are elsewhere, or whose vertices are; as many of them as before.
+    pub moved: Vec<InstanceId>,
     /// Which triangles have holes.
     pub masks: bool,
     /// Factors of materials.
@@ -36,19 +39,20 @@ pub struct Stale {
 
 impl Stale {
     /// Everything: a scene that is not there yet.
-    pub const ALL: Self =
-        Self { geometry: true, masks: true, materials: true, textures: true, casters: true, sky: true };
+    pub fn all() -> Self {
+        Self { geometry: true, moved: vec![], masks: true, materials: true, textures: true, casters: true, sky: true }
+    }
 
     /// What is stale by either.
-    pub fn and(self, other: Self) -> Self {
-        Self {
-            geometry: self.geometry || other.geometry,
-            masks: self.masks || other.masks,
-            materials: self.materials || other.materials,
-            textures: self.textures || other.textures,
-            casters: self.casters || other.casters,
-            sky: self.sky || other.sky,
-        }
+    pub fn and(mut self, other: Self) -> Self {
+        self.geometry |= other.geometry;
+        self.moved.extend(other.moved);
+        self.masks |= other.masks;
+        self.materials |= other.materials;
+        self.textures |= other.textures;
+        self.casters |= other.casters;
+        self.sky |= other.sky;
+        self
     }
 }
 
@@ -118,7 +122,7 @@ impl DeviceScene {
     /// The same in any memory.
     pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
         let mut device = Self::empty(memory, full);
-        device.update(memory, scene, Stale::ALL)?;
+        device.update(memory, scene, &Stale::all())?;
         Ok(device)
     }
 
@@ -126,10 +130,12 @@ impl DeviceScene {
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] for what does not fit the device; the scene is then of no use any more.
-    pub(in crate::render) fn update(&mut self, memory: Memory<'_>, scene: &Scene, stale: Stale) -> Result<Redone> {
+    pub(in crate::render) fn update(&mut self, memory: Memory<'_>, scene: &Scene, stale: &Stale) -> Result<Redone> {
         let mut host = std::mem::take(&mut self.host);
         let known = Arc::make_mut(&mut host);
-        if stale.geometry {
+        let tree = stale.geometry || !stale.moved.is_empty();
+        let all = stale.geometry || (tree && !known.move_instances(scene, &stale.moved));
+        if all {
             known.update_geometry(scene);
         }
         if stale.materials {
@@ -141,21 +147,29 @@ impl DeviceScene {
         self.host = host;
         let table = LightTable::of(scene, &self.host);
         let former = std::mem::replace(&mut self.variant, variant(scene, &self.host, &table, self.full));
-        let vertices = stale.geometry || !former.same_layout(&self.variant);
-        self.upload_tree(memory, scene, stale)?;
-        if vertices {
+        let layout = !former.same_layout(&self.variant);
+        if tree {
+            self.upload_tree(memory)?;
+        }
+        if tree || stale.masks {
+            self.upload_triangles(memory, scene)?;
+        }
+        if all || layout {
             self.upload_vertices(memory, scene)?;
+        } else {
+            stale.moved.iter().try_for_each(|id| self.upload_vertices_of(memory, *id))?;
         }
         let materials = self.upload_materials(memory, scene, stale, &table)?;
         if stale.sky {
             self.upload_sky(memory)?;
         }
-        if stale.casters {
+        let casters = stale.casters || stale.moved.iter().any(|&id| focuses(scene, id));
+        if casters {
             self.upload_casters(memory, scene)?;
         }
         self.upload_lights(memory, scene, &table)?;
         self.bytes = self.sizes().iter().map(|(_, bytes)| bytes).sum();
-        Ok(Redone { vertices, materials })
+        Ok(Redone { vertices: tree || layout, materials, casters, tree })
     }
 
     /// Adds to the variant what the settings ask for.
@@ -203,30 +217,41 @@ impl DeviceScene {
         }
     }
 
-    /// The tree, or only the flags of its triangles.
-    fn upload_tree(&mut self, memory: Memory<'_>, scene: &Scene, stale: Stale) -> Result<()> {
-        if !stale.geometry && !stale.masks {
-            return Ok(());
-        }
+    /// The inner nodes, and what is known of all triangles.
+    fn upload_tree(&mut self, memory: Memory<'_>) -> Result<()> {
         let tree = &self.host.tree;
-        check_size(memory, scene, "triangles", tree.bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64)?;
-        let triangles = self.host.packed_triangles(scene);
-        self.generation += fill(memory, &mut self.triangles, "triangles", &triangles)?;
-        if stale.geometry {
-            self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
-            self.triangle_count = tree.bvh.order.len() as u32;
-            self.skipped_triangles = tree.bvh.skipped;
-            self.radius = tree.radius;
-            self.surface_area = tree.surface_area;
-        }
+        self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+        self.triangle_count = tree.bvh.order.len() as u32;
+        self.skipped_triangles = tree.bvh.skipped;
+        self.radius = tree.radius;
+        self.surface_area = tree.surface_area;
+        Ok(())
+    }
+
+    /// The triangles in the leaves, with their flags.
+    fn upload_triangles(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
+        let bytes = self.host.tree.bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64;
+        check_size(memory, scene, "triangles", bytes)?;
+        self.generation += fill(memory, &mut self.triangles, "triangles", &self.host.packed_triangles(scene))?;
         Ok(())
     }
 
     fn upload_vertices(&mut self, memory: Memory<'_>, scene: &Scene) -> Result<()> {
-        let shading = vertex_data(&self.host.world, &self.variant);
+        let world = &self.host.world;
+        let shading = vertex_data(world, 0..world.triangles.len() as u32, &self.variant);
         check_size(memory, scene, "vertex attributes", std::mem::size_of_val(&shading[..]) as u64)?;
         self.generation += fill(memory, &mut self.shading_data, "shading_data", &shading)?;
         Ok(())
+    }
+
+    /// The attributes of one instance, in the layout and in the place that they have.
+    fn upload_vertices_of(&mut self, memory: Memory<'_>, instance: InstanceId) -> Result<()> {
+        let triangles = self.host.world.parts[instance.index()].triangles.clone();
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        let first = triangles.start * self.variant.shading_stride;
+        memory.overwrite(&self.shading_data, first, &vertex_data(&self.host.world, triangles, &self.variant))
     }
 
     /// Materials with the densities of the lights that they are; textures where they are stale. True if any material
@@ -235,7 +260,7 @@ impl DeviceScene {
         &mut self,
         memory: Memory<'_>,
         scene: &Scene,
-        stale: Stale,
+        stale: &Stale,
         table: &LightTable,
     ) -> Result<bool> {
         let mut materials = self.host_materials.clone();
@@ -341,6 +366,12 @@ impl DeviceScene {
     }
 }
 
+/// Whether an instance can focus light.
+fn focuses(scene: &Scene, instance: InstanceId) -> bool {
+    let mesh = scene.instances[instance.index()].mesh;
+    is_specular(&scene.materials[scene.meshes[mesh.index()].material.index()])
+}
+
 /// What an update did beyond what was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Redone {
@@ -348,6 +379,10 @@ pub struct Redone {
     pub vertices: bool,
     /// Materials have new contents.
     pub materials: bool,
+    /// Casters were found anew.
+    pub casters: bool,
+    /// The tree was built anew.
+    pub tree: bool,
 }
 
 /// Writes to a buffer, which is replaced by a longer one where it is too short. Returns how often it was: 0 or 1.
@@ -358,7 +393,7 @@ fn fill<T: bytemuck::Pod>(
     data: &[T],
 ) -> Result<u64> {
     if data.len().max(1) <= buffer.len() as usize {
-        memory.overwrite(buffer, data)?;
+        memory.overwrite(buffer, 0, data)?;
         return Ok(0);
     }
     *buffer = memory.filled(name, data)?;
@@ -377,7 +412,7 @@ fn fill_roomy<T: bytemuck::Pod>(
     if replaced {
         *buffer = memory.zeroed(name, (data.len() + data.len() / 8 + LEAST) as u32)?;
     }
-    memory.overwrite(buffer, data)?;
+    memory.overwrite(buffer, 0, data)?;
     Ok(u64::from(replaced))
 }
 

@@ -10,9 +10,6 @@ use crate::scene::{Material, Needs, Scene};
 pub fn variant(scene: &Scene, host: &Host, table: &LightTable, full: bool) -> Variant {
     let needs = Needs::of(scene);
     let world = &host.world;
-    let smooth = |chosen: fn(&Material) -> bool| {
-        scene.materials.iter().zip(&host.smooth).any(|(material, smooth)| *smooth && chosen(material))
-    };
     let mut v = Variant {
         textures: full || needs.textures,
         normal_maps: full || needs.normal_maps,
@@ -24,9 +21,9 @@ pub fn variant(scene: &Scene, host: &Host, table: &LightTable, full: bool) -> Va
         area_lights: full || table.has_triangles,
         delta_lights: full || table.has_delta,
         lens: full,
-        smooth_normals: full || needs.normal_maps || smooth(|_| true),
+        smooth_normals: full || needs.normal_maps || host.any_smooth(scene, |_| true),
         gathers_glossy: full || scene.materials.iter().any(gathers_glossy),
-        gathers_smooth: full || needs.normal_maps || smooth(gathers),
+        gathers_smooth: full || needs.normal_maps || host.any_smooth(scene, gathers),
         blinn_phong: false,
         shading_stride: 3,
         uv0_at: 0,

@@ -178,17 +178,21 @@ impl Change {
             Self::Seed(seed) => changes(settings.seed != *seed, Effect { film: true, leaf: true, ..Effect::default() }),
             Self::Light(id, light) => changes(scene.lights[id.index()] != *light, Effect::of(Stale::default())),
             Self::Transform(id, transform) => {
-                changes(shown(id) && scene.instances[id.index()].transform != *transform, Effect::GEOMETRY)
+                changes(shown(id) && scene.instances[id.index()].transform != *transform, Effect::moved(vec![*id]))
             }
-            Self::Visible(id, visible) => changes(shown(id) != *visible, Effect::GEOMETRY),
+            Self::Visible(id, visible) => {
+                changes(shown(id) != *visible, Effect::of(Stale { geometry: true, casters: true, ..Stale::default() }))
+            }
             Self::Material(id, former) => {
                 let now = &scene.materials[id.index()];
                 changes(now != &**former, Effect::of(stale_materials(former, now)))
             }
             Self::Vertices(id, positions, normals) => {
                 let mesh = &scene.meshes[id.index()];
-                let used = scene.instances.iter().any(|instance| instance.visible && instance.mesh == *id);
-                changes(used && (mesh.positions != *positions || mesh.normals != *normals), Effect::GEOMETRY)
+                let shows = |i: &usize| scene.instances[*i].visible && scene.instances[*i].mesh == *id;
+                let moved: Vec<_> = (0..scene.instances.len()).filter(shows).map(InstanceId::at).collect();
+                let differs = mesh.positions != *positions || mesh.normals != *normals;
+                changes(differs && !moved.is_empty(), Effect::moved(moved))
             }
         }
     }
@@ -201,6 +205,7 @@ fn stale_materials(former: &Material, now: &Material) -> Stale {
     Stale {
         // Texture coordinates and tangents of the world are those that materials ask for.
         geometry: textures,
+        moved: vec![],
         masks: former.alpha_cutoff.is_some() != now.alpha_cutoff.is_some(),
         materials: true,
         textures,
@@ -210,7 +215,7 @@ fn stale_materials(former: &Material, now: &Material) -> Stale {
 }
 
 /// What a change makes stale.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Effect {
     pub film: bool,
     pub camera: bool,
@@ -221,12 +226,14 @@ pub(super) struct Effect {
 }
 
 impl Effect {
-    const GEOMETRY: Self =
-        Self::of(Stale { geometry: true, masks: false, materials: false, textures: false, casters: true, sky: false });
-
     /// A change of the scene.
-    const fn of(stale: Stale) -> Self {
+    fn of(stale: Stale) -> Self {
         Self { film: true, camera: false, scene: Some(stale), leaf: true }
+    }
+
+    /// Instances that are elsewhere, or their vertices.
+    fn moved(moved: Vec<InstanceId>) -> Self {
+        Self::of(Stale { moved, ..Stale::default() })
     }
 
     /// What either makes stale.

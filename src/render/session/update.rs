@@ -12,6 +12,7 @@ use crate::render::pass::film_state::FilmState;
 use crate::render::pass::leaf_size;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
+use crate::render::settings::PhotonBuild;
 use crate::scene::Scene;
 
 /// What an update did.
@@ -82,14 +83,14 @@ impl Session {
     fn redo(&mut self, effect: Effect) -> Result<Steps> {
         let mut steps = Vec::new();
         let (former, slots) = (PlanKey::of(self.content(), &self.budget), self.content().slots());
-        if let Some(stale) = effect.scene {
+        if let Some(stale) = &effect.scene {
             let redone = self.device_scene.update(Memory::Device(&self.runtime), &self.scene, stale)?;
             steps.push(Step::Lights);
             let taken = [
-                (stale.casters, Step::Casters),
+                (redone.casters, Step::Casters),
                 (redone.materials, Step::Materials),
                 (redone.vertices, Step::Vertices),
-                (stale.geometry, Step::Tree),
+                (redone.tree, Step::Tree),
             ];
             steps.extend(taken.into_iter().filter(|(taken, _)| *taken).map(|(_, step)| step));
         }
@@ -98,7 +99,8 @@ impl Session {
         if budget.emissions != self.budget.emissions {
             self.budget = budget;
         }
-        self.stale_leaf |= effect.leaf;
+        // Leaves that the host builds count for the order of sums; those of the device only for speed, and these may stay.
+        self.stale_leaf |= effect.leaf && self.settings.photon_build == PhotonBuild::Vvh;
         if effect.film {
             steps.push(Step::Film);
             self.reset();
@@ -121,6 +123,7 @@ impl Session {
         if self.content().slots() != former_slots {
             self.state = FilmState::new(Memory::Device(&self.runtime), self.content())?;
         }
+        self.stale_leaf = true;
         self.choose_leaf()?;
         self.recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state)?;
         Ok(())
