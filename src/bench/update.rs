@@ -31,7 +31,7 @@ pub struct UpdateRow {
     pub name: &'static str,
     /// Seconds of the update.
     pub update: f64,
-    /// Seconds of what the update leaves to the next pass: an empty film, the size of the photon map's leaves.
+    /// Seconds of what the update leaves to the next pass: an empty film.
     pub prepare: f64,
     /// What the update did.
     pub steps: Steps,

@@ -48,8 +48,8 @@ impl PlanKey {
 
 impl Session {
     /// Changes the scene or its view. Passes that follow are, to the bit, those of a new session of the changed scene; the
-    /// film starts again, unless nothing that is seen has changed. What only a pass needs (an empty film, the size of the
-    /// leaves of the photon map) is prepared with the next pass.
+    /// film starts again, unless nothing that is seen has changed. The film on the device is emptied with the next pass,
+    /// and the size of leaves that the host builds ([`PhotonBuild::Vvh`]) is chosen with it, see [`Session::prepare`].
     ///
     /// # Errors
     /// [`Error::Usage`] for a change that names what the scene does not have or whose numbers are out of range, and those
@@ -139,8 +139,8 @@ impl Session {
         Ok(former != self.settings.leaf_photons)
     }
 
-    /// Does now what updates leave to the next pass: empties the film on the device, and finds the size of the photon
-    /// map's leaves.
+    /// Does now what updates leave to the next pass: empties the film on the device, and chooses the size of leaves that
+    /// the host builds.
     ///
     /// # Errors
     /// Those of the device.
