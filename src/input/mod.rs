@@ -24,7 +24,8 @@ impl Fault {
     /// As an error about the file at `path`.
     pub fn at(self, path: &Path) -> Error {
         match self {
-            Self::Io(source) => Error::io(path, "read", source),
+            Self::Io(source) if source.kind() != io::ErrorKind::UnexpectedEof => Error::io(path, "read", source),
+            Self::Io(_) => Error::scene(path, self.to_string()),
             Self::Content(cause) => Error::scene(path, cause),
         }
     }

@@ -94,7 +94,7 @@ impl Layout {
     pub fn read(source: &mut (impl Read + Seek), length: u64) -> Result<Self, Fault> {
         source.rewind()?;
         let mut input = Input { source, left: length };
-        if input.array::<4>()? != super::MAGIC {
+        if length < 4 || input.array::<4>()? != super::MAGIC {
             return Err(Fault::Content("OpenEXR file expected, it begins as something else".into()));
         }
         let version = u32::from_le_bytes(input.array()?);
