@@ -192,8 +192,8 @@ fn face_normal(positions: &[[f32; 3]], triangle: [u32; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Y)
 }
 
-/// The mesh's normals made unit; those without a direction are replaced by the normal of a triangle at the vertex, which
-/// is told.
+/// The mesh's normals made unit; those without a direction are replaced by the normal of a triangle at the vertex,
+/// which is told.
 fn smooth(
     positions: Vec<[f32; 3]>,
     normals: impl Iterator<Item = DVec3>,

@@ -1,7 +1,7 @@
 //! Names of the parts of a scene: positions in its lists.
 //!
-//! An id stays what it is for the life of its scene: nothing is ever removed from a list, and an update changes parts in
-//! place. An instance that shall vanish is made invisible.
+//! An id stays what it is for the life of its scene: nothing is ever removed from a list, and an update changes parts
+//! in place. An instance that shall vanish is made invisible.
 
 macro_rules! ids {
     ($($name:ident of $list:literal),* $(,)?) => {$(

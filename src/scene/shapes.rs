@@ -1,7 +1,7 @@
 //! Scenes built in memory: simple shapes, materials by name, and a camera that looks at a point.
 //!
-//! For tests with an analytic answer, for generators and for embedders. Every shape is wound counter-clockwise seen from the side
-//! its normals point to; [`Mesh::flipped`] turns it inside out.
+//! For tests with an analytic answer, for generators and for embedders. Every shape is wound counter-clockwise seen
+//! from the side its normals point to; [`Mesh::flipped`] turns it inside out.
 
 use std::f32::consts::{PI, TAU};
 

@@ -8,9 +8,9 @@ use super::{Instance, InstanceId, Mesh, Scene, Skipped};
 
 /// Triangles with their vertex attributes in world space, instance by instance.
 ///
-/// A triangle has two names: its instance with its place in the mesh, which no change of the scene alters, and its place in
-/// [`World::triangles`]. [`World::triangle`] and [`World::origin`] translate. Places shift only where an instance before it
-/// is shown or hidden, or loses or gains triangles without area.
+/// A triangle has two names: its instance with its place in the mesh, which no change of the scene alters, and its
+/// place in [`World::triangles`]. [`World::triangle`] and [`World::origin`] translate. Places shift only where an
+/// instance before it is shown or hidden, or loses or gains triangles without area.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct World {
     /// Vertex positions.
@@ -56,7 +56,8 @@ pub(super) struct Needed {
 }
 
 impl Needed {
-    /// What any material or mesh asks for, whether it is visible or not: the layout of the world does not depend on that.
+    /// What any material or mesh asks for, whether it is visible or not: the layout of the world does not depend on
+    /// that.
     pub fn of(scene: &Scene) -> Self {
         let refs = || scene.materials.iter().flat_map(|m| m.texture_refs());
         Self {
@@ -88,7 +89,8 @@ impl World {
     /// numbers of triangles or vertices now: then nothing is done, and the world has to be made anew.
     ///
     /// # Panics
-    /// If `instance` is not in the scene, or the scene has other instances, meshes or materials than when the world was made.
+    /// If `instance` is not in the scene, or the scene has other instances, meshes or materials than when the world was
+    /// made.
     pub fn replace(&mut self, scene: &Scene, instance: InstanceId) -> bool {
         let needed = Needed::of(scene);
         let placed = &scene.instances[instance.index()];

@@ -24,6 +24,8 @@ const NARROW: &[&str] = &[
     "src/kernels/",
     "src/picture/",
     "src/plot/",
+    "src/render/",
+    "src/scene/",
     "src/shader/",
     "src/vk/",
     "tests/architecture/",

@@ -1,4 +1,5 @@
-//! Small files that ask for much, made here: headers that lie, and pictures of one colour that pack into almost nothing.
+//! Small files that ask for much, made here: headers that lie, and pictures of one colour that pack into almost
+//! nothing.
 
 use std::io::Cursor;
 

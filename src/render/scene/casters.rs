@@ -37,8 +37,8 @@ impl Group {
     }
 }
 
-/// Casters of a scene: connected groups of specular triangles. Aims at all specular surfaces where only faint ones exist,
-/// because then they alone make the caustics. `kept` says which triangles are in the tree.
+/// Casters of a scene: connected groups of specular triangles. Aims at all specular surfaces where only faint ones
+/// exist, because then they alone make the caustics. `kept` says which triangles are in the tree.
 pub fn casters(scene: &Scene, world: &World, kept: &[bool]) -> Vec<Caster> {
     let used = scene.used_materials();
     if !scene.materials.iter().zip(used).any(|(m, used)| used && is_specular(m)) {

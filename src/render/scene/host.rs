@@ -1,5 +1,5 @@
-//! What the host works out of a scene before it goes to the device. Each part is a pure function of the parts before it, so
-//! a change of the scene redoes only what follows from it.
+//! What the host works out of a scene before it goes to the device. Each part is a pure function of the parts before
+//! it, so a change of the scene redoes only what follows from it.
 
 use super::lights::{average_emission, luminance};
 use super::shading::is_flat;
@@ -33,8 +33,8 @@ impl Host {
         self.tree = Tree::over(&self.world);
     }
 
-    /// The same where only these instances are elsewhere or have other vertices. False if that has changed the numbers of
-    /// triangles or vertices: then everything has to be done.
+    /// The same where only these instances are elsewhere or have other vertices. False if that has changed the numbers
+    /// of triangles or vertices: then everything has to be done.
     pub fn move_instances(&mut self, scene: &Scene, moved: &[InstanceId]) -> bool {
         if !moved.iter().all(|&id| self.world.replace(scene, id)) {
             return false;

@@ -1,6 +1,7 @@
 //! The light table: every emitter with a probability proportional to its power.
 //!
-//! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend on.
+//! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend
+//! on.
 
 use std::f64::consts::PI;
 
@@ -87,8 +88,8 @@ impl LightTable {
         }
     }
 
-    /// A bound of the power that the photons of a pass carry together, for each of red, green and blue [W]: the power of
-    /// all lights as luminance, times the largest ratio of this channel to luminance among the lights.
+    /// A bound of the power that the photons of a pass carry together, for each of red, green and blue [W]: the power
+    /// of all lights as luminance, times the largest ratio of this channel to luminance among the lights.
     pub fn greatest_power(&self, sky: Option<&Sky>) -> [f64; 3] {
         let sky = sky.map_or([0.0; 3], |sky| sky.sum);
         let colours =
@@ -99,7 +100,8 @@ impl LightTable {
     }
 
     /// Exponents of the powers of two in which the film counts radiance and depth: typical values of a scene of this
-    /// radius are near them. They follow a scene that is scaled by a power of two, so that its picture has the same bits.
+    /// radius are near them. They follow a scene that is scaled by a power of two, so that its picture has the same
+    /// bits.
     pub fn film_exponents(&self, scene: &Scene, host: &Host) -> [i32; 2] {
         /// What is seen of a light itself may be brighter than what it lights up by this factor before it decides.
         const PEAK: f64 = 65536.0;

@@ -51,7 +51,8 @@ pub fn is_flat(world: &World, id: u32) -> bool {
     let corners = world.triangles[id as usize];
     let [a, b, c] = corners.map(|corner| vector(world.positions[corner as usize]));
     let normal = (b - a).cross(c - a).normalize_or_zero();
-    // The sine of 1e-5 rad: rounding stays below it, and no tessellation of a curved mirror is so fine that it would count as flat.
+    // The sine of 1e-5 rad: rounding stays below it, and no tessellation of a curved mirror is so fine that it would
+    // count as flat.
     let differs = |corner: &u32| {
         let n = vector(world.normals[*corner as usize]);
         n.dot(normal) < 0.0 || n.cross(normal).length() > 1e-5

@@ -336,8 +336,8 @@ impl DeviceScene {
         ]
     }
 
-    /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes are
-    /// left behind.
+    /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes
+    /// are left behind.
     pub(in crate::render) fn with_variant(&self, variant: Variant) -> Self {
         let vectors = (self.host.world.triangles.len() as u32 * variant.shading_stride).max(1);
         let mut other = Self { variant, shading_data: Persistent::detached("shading_data", vectors), ..self.clone() };

@@ -103,8 +103,8 @@ pub enum Change {
 }
 
 impl Change {
-    /// What the change may ask for. A plan is made anew only where what the kernels have to do has changed, or a buffer is
-    /// too short: [`super::Session::update`] tells.
+    /// What the change may ask for. A plan is made anew only where what the kernels have to do has changed, or a buffer
+    /// is too short: [`super::Session::update`] tells.
     pub fn invalidates(&self) -> Steps {
         use Step::{Camera, Casters, Film, Lights, Materials, Plan, Tree, Vertices};
         match self {

@@ -47,14 +47,15 @@ impl PlanKey {
 }
 
 impl Session {
-    /// Changes the scene or its view. Passes that follow are, to the bit, those of a new session of the changed scene; the
-    /// film starts again, unless nothing that is seen has changed. The film on the device is emptied with the next pass,
-    /// and the size of leaves that the host builds ([`PhotonBuild::Vvh`]) is chosen with it, see [`Session::prepare`].
+    /// Changes the scene or its view. Passes that follow are, to the bit, those of a new session of the changed scene;
+    /// the film starts again, unless nothing that is seen has changed. The film on the device is emptied with the next
+    /// pass, and the size of leaves that the host builds ([`PhotonBuild::Vvh`]) is chosen with it, see
+    /// [`Session::prepare`].
     ///
     /// # Errors
-    /// [`Error::Usage`] for a change that names what the scene does not have or whose numbers are out of range, and those
-    /// of [`crate::render::Settings::validate`]: nothing has changed then. After an error of the device the session is of
-    /// no more use.
+    /// [`Error::Usage`] for a change that names what the scene does not have or whose numbers are out of range, and
+    /// those of [`crate::render::Settings::validate`]: nothing has changed then. After an error of the device the
+    /// session is of no more use.
     pub fn update(&mut self, mut changes: Changes) -> Result<Updated> {
         if let Some((index, fault)) = faults(&changes.0, &self.scene).next() {
             return Err(Error::Usage(format!("change {index}: {fault}")));
@@ -99,7 +100,8 @@ impl Session {
         if budget.emissions != self.budget.emissions {
             self.budget = budget;
         }
-        // Leaves that the host builds count for the order of sums; those of the device only for speed, and these may stay.
+        // Leaves that the host builds count for the order of sums; those of the device only for speed, and these may
+        // stay.
         self.stale_leaf |= effect.leaf && self.settings.photon_build == PhotonBuild::Vvh;
         if effect.film {
             steps.push(Step::Film);
@@ -139,8 +141,8 @@ impl Session {
         Ok(former != self.settings.leaf_photons)
     }
 
-    /// Does now what updates leave to the next pass: empties the film on the device, and chooses the size of leaves that
-    /// the host builds.
+    /// Does now what updates leave to the next pass: empties the film on the device, and chooses the size of leaves
+    /// that the host builds.
     ///
     /// # Errors
     /// Those of the device.

@@ -26,8 +26,8 @@ pub const LEAF_PHOTONS: RangeInclusive<u32> = 1..=COUNTED_LEAF;
 /// Corners of the polygon around a photon.
 pub const BOUND_VERTICES: RangeInclusive<u32> = POLYGON_CORNERS;
 
-/// Values of k of a sampled density estimate, which takes one pixel in each block of k x k or one photon in k^2: 1 would
-/// take all, and beyond 16 next to nothing is left.
+/// Values of k of a sampled density estimate, which takes one pixel in each block of k x k or one photon in k^2: 1
+/// would take all, and beyond 16 next to nothing is left.
 pub const SAMPLING_K: RangeInclusive<u32> = 2..=16;
 
 /// Surfaces that a photon may meet, and that an eye path may meet after its first: paths keep them in 8 bits.

@@ -50,8 +50,8 @@ fn vertex_matrices(primitive: &Primitive, joints: &[DMat4]) -> Vec<DMat4> {
     (0..primitive.mesh.positions.len()).map(one).collect()
 }
 
-/// The mesh of a primitive bent by its joints, in world space, with what was left out of it; with tangents where they are
-/// wanted.
+/// The mesh of a primitive bent by its joints, in world space, with what was left out of it; with tangents where they
+/// are wanted.
 pub(super) fn bent(primitive: &Primitive, shape: &Mesh, joints: &[DMat4], tangents: Option<&Tangents>) -> (Mesh, Flat) {
     let matrices = vertex_matrices(primitive, joints);
     let mut flat = flatten::place(shape, &flatten::Placement::Bent(&matrices), tangents);
