@@ -16,8 +16,8 @@ use crate::scene::{self, Limits};
 
 const HELP: &str = "\
 Milliseconds of each kind of change in a running session: of the update itself, and of what it leaves to
-the next pass (an empty film). Beside them a new session, on a device
-that has compiled nothing yet and on one that has. A scene without a punctual light gets a faint lamp.";
+the next pass (an empty film). Beside them a new session, on a device that has compiled nothing yet and on
+one that has. A scene without a punctual light gets a faint lamp.";
 
 /// Flags of `nephroid bench update`.
 #[derive(Debug, Args)]

@@ -150,7 +150,9 @@ impl Session {
         if std::mem::take(&mut self.stale_film) {
             for band in &self.state.bands {
                 self.runtime.clear(&band.film)?;
-                self.runtime.clear(&band.layers)?;
+                if self.settings.layers {
+                    self.runtime.clear(&band.layers)?;
+                }
             }
             self.runtime.clear(&self.state.rejected)?;
         }
