@@ -82,6 +82,13 @@ pub enum Error {
         /// What it may be at most.
         limit: f64,
     },
+    /// Cases of the self-test failed. Exit code 5.
+    Cases {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        all: usize,
+    },
     /// The user interrupted; what was finished has been written. Exit code 130.
     Interrupted,
 }
@@ -162,7 +169,7 @@ impl Error {
             Self::Scene { .. } | Self::Io { .. } => 2,
             Self::NoDevice(_) | Self::MissingFeature { .. } => 3,
             Self::Vulkan { .. } | Self::DeviceLost { .. } | Self::OutOfMemory { .. } | Self::Validation(_) => 4,
-            Self::Threshold { .. } => 5,
+            Self::Threshold { .. } | Self::Cases { .. } => 5,
             Self::Interrupted => 130,
         }
     }
@@ -190,6 +197,7 @@ impl fmt::Display for Error {
             Self::Threshold { metric, value, limit } => {
                 write!(f, "{metric} is {value:.6e}, above the limit of {limit:e}")
             }
+            Self::Cases { failed, all } => write!(f, "{failed} of {all} cases failed"),
             Self::Interrupted => write!(f, "interrupted"),
         }
     }

@@ -55,6 +55,8 @@
 #[cfg(feature = "cli")]
 mod bench;
 #[cfg(feature = "cli")]
+mod check;
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
 mod compare;

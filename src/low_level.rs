@@ -36,6 +36,9 @@ layers! {
     /// Rates of kernels and scenes beside their floors.
     #[cfg(feature = "cli")]
     bench;
+    /// Stiff and extreme cases with known answers.
+    #[cfg(feature = "cli")]
+    check;
     /// Power laws through points.
     #[cfg(feature = "cli")]
     fit;

@@ -10,6 +10,16 @@ const uint PATH_DEPTH_MASK = 0xffu; // After the shift.
 const uint PATH_DIFFUSE = 1u << 24;    // Met a diffuse or rough glossy surface.
 const uint PATH_SPECULAR = 1u << 25;   // Met a specular surface.
 const uint PATH_DIFFUSE_AGAIN = 1u << 26; // Path tracing: met a second diffuse or rough glossy surface.
+const uint PATH_END_SHIFT = 28u; // Lowest bit of what became of a photon: ENERGY_*.
+
+// Where the light of photons went (lib/energy.glsl, photon_energy.comp).
+const uint ENERGY_IN_FLIGHT = 0u; /// Photons on their way: all of them at first, none at the end.
+const uint ENERGY_ABSORBED = 1u;  /// Taken by surfaces and media, less what survivors carry for others.
+const uint ENERGY_ESCAPED = 2u;   /// Left the scene.
+const uint ENERGY_ENDED = 3u;     /// Caustic photons at surfaces that scatter widely, with what they stored there.
+const uint ENERGY_CUT = 4u;       /// Still in flight at the limit of bounces.
+const uint ENERGY_CLAMPED = 5u;   /// Refused by a guard.
+const uint ENERGIES = 6u;         /// Number of them.
 
 // Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
 const uint EYE_HIT_BENT = 0x80000000u;

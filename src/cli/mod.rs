@@ -3,10 +3,11 @@
 //!
 //! Results go to standard output, progress, warnings and errors to standard error. Exit codes: 0 done, 1 usage, 2 bad
 //! scene or file, 3 no device or missing feature, 4 device lost or out of memory, 5 above a limit of
-//! `compare --fail-above`, 130 interrupted.
+//! `compare --fail-above` or a case of `check` failed, 130 interrupted.
 
 mod advice;
 mod bench;
+mod check;
 mod compare;
 mod console;
 mod device;
@@ -40,7 +41,8 @@ Examples:
   nephroid compare ring.exr reference.exr
 
 Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed or out
-of memory, 5 above a limit of compare --fail-above, 130 interrupted";
+of memory, 5 above a limit of compare --fail-above or a failed case of check,
+130 interrupted";
 
 /// A photon-mapping renderer for any Vulkan device: glTF in, EXR and PNG out.
 #[derive(Debug, Parser)]
@@ -66,6 +68,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Measure error against run time over scenes, settings and seeds.
     Study(study::StudyArgs),
+    /// Run stiff and extreme cases with known answers on a device.
+    Check(check::CheckArgs),
 }
 
 /// Parses, runs, reports: everything the program does. `args` begins with the program's name.
@@ -120,6 +124,7 @@ fn run(cli: Cli) -> Result<()> {
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Check(args) => check::run(&args),
     }
 }
 

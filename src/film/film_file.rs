@@ -114,6 +114,9 @@ pub struct Totals {
     pub counters: BTreeMap<String, u64>,
     /// What the estimator built, by name.
     pub structure: BTreeMap<String, u64>,
+    /// Where the light of each class of photons went [W], by class and entry; empty in films of older programs.
+    #[serde(default)]
+    pub energies: BTreeMap<String, f64>,
 }
 
 impl Totals {
@@ -130,6 +133,9 @@ impl Totals {
         self.pairs.iter_mut().zip(&other.pairs).for_each(|(ours, theirs)| add(ours, theirs));
         for (ours, theirs) in [(&mut self.counters, &other.counters), (&mut self.structure, &other.structure)] {
             theirs.iter().for_each(|(name, count)| add(ours.entry(name.clone()).or_default(), count));
+        }
+        for (name, energy) in &other.energies {
+            *self.energies.entry(name.clone()).or_default() += energy;
         }
     }
 }

@@ -31,6 +31,19 @@ pub struct Deposits {
     pub counters: Buf<u32>,
     /// Per class: photons still in flight after the last bounce.
     pub truncated: Vec<Buf<u32>>,
+    /// Per class: where its light went.
+    pub energies: Vec<Energies>,
+}
+
+/// Energies of one class ([`super::energy`]).
+#[derive(Debug)]
+pub struct Energies {
+    /// Whether these are caustic photons.
+    pub caustic: bool,
+    /// Sums after the emission.
+    pub emitted: Buf<[f32; 2]>,
+    /// Sums after the last bounce.
+    pub ended: Buf<[f32; 2]>,
 }
 
 impl Deposits {
@@ -43,6 +56,7 @@ impl Deposits {
             overflow: g.buffer("deposit_overflow", 1),
             counters: g.buffer("photon_counters", COUNTERS.len() as u32),
             truncated: Vec::new(),
+            energies: Vec::new(),
         };
         g.fill(&mut deposits.count, 0);
         g.fill(&mut deposits.overflow, 0);

@@ -4,6 +4,7 @@ pub mod bvh_host;
 pub mod compact;
 pub mod deposits;
 pub mod differentials;
+pub mod energy;
 pub mod eye;
 pub mod film;
 pub mod gather;

@@ -4,7 +4,7 @@
 //! every run. Sources: Fabianowski and Dingliana 2009 (differentials, footprints), Yao et al. 2010 (aiming), Igehy
 //! 1999.
 
-use super::deposits::Deposits;
+use super::deposits::{Deposits, Energies};
 use super::eye::{LOCAL, SlotList, trace_list};
 use super::generated::{
     Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
@@ -14,7 +14,7 @@ use super::generated::{
 };
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
-use super::{Items, compact, lbvh};
+use super::{Items, compact, energy, lbvh};
 use crate::constants::{FOOTPRINT_DENSITY, FOOTPRINT_DIFFERENTIAL, FOOTPRINT_FIXED, FOOTPRINT_NONE};
 use crate::graph::{Buf, Graph, Grid};
 
@@ -91,6 +91,12 @@ struct Flight {
     hits: Buf<[u32; 4]>,
 }
 
+impl Flight {
+    fn photons(&self) -> energy::Photons<'_> {
+        energy::Photons { rays: &self.rays, flux: &self.flux, states: &self.states }
+    }
+}
+
 /// What the photons of a list left at a bounce, by place in the list.
 struct Pending {
     /// 1 where something was left.
@@ -120,6 +126,7 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
         hits: g.buffer("photon_hits", n),
     };
     let mut list = g.scope("photon emit", |g| emit(g, photons, &mut flight));
+    let emitted = g.scope("photon energy", |g| energy::sum(g, flight.photons()));
     for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
             trace_list(g, photons.scene, &list, &flight.rays, &mut flight.hits);
@@ -128,6 +135,11 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
             list = SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n);
         });
     }
+    let ended = g.scope("photon energy", |g| {
+        energy::cut(g, (&list.list, &list.count), Grid::Indirect(&list.args), &mut flight.states);
+        energy::sum(g, flight.photons())
+    });
+    deposits.energies.push(Energies { caustic: photons.emission.caustic, emitted, ended });
     deposits.truncated.push(list.count);
 }
 

@@ -33,9 +33,17 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("bench", &["constants", "draw_state", "fit", "plot", "render", "kernels", "graph", "scene", "vk", "error"]),
     // A study opens sessions, which takes the graph's runtime.
     ("study", &["fit", "plot", "render", "graph", "input", "scene", "picture", "compare", "error"]),
+    // Cases use all that they test.
+    (
+        "check",
+        &["constants", "fit", "plot", "study", "render", "kernels", "graph", "scene", "film", "picture", "vk", "error"],
+    ),
     (
         "cli",
-        &["bench", "study", "fit", "render", "kernels", "graph", "scene", "film", "picture", "compare", "vk", "error"],
+        &[
+            "bench", "check", "study", "fit", "render", "kernels", "graph", "scene", "film", "picture", "compare",
+            "vk", "error",
+        ],
     ),
     ("viewer", &["render", "scene", "film", "picture", "vk", "error"]),
 ];

@@ -38,7 +38,7 @@ fn built(harness: &Harness, photons: &[(Photon, Aabb)], options: Options) -> Bui
         g.fill(&mut overflow, 0);
         let counters = g.buffer("counters", COUNTERS.len() as u32);
         let (photons, boxes) = (g.import(&stored), g.import(&boxes));
-        let deposits = Deposits { photons, boxes, count, overflow, counters, truncated: vec![] };
+        let deposits = Deposits { photons, boxes, count, overflow, counters, truncated: vec![], energies: vec![] };
         let grid = hash_grid(g, &deposits, options, None);
         macro_rules! keep {
             ($($buffer:expr => $output:expr),*) => {$(

@@ -4,6 +4,7 @@
 mod support;
 
 mod bounds;
+mod energy;
 mod film;
 mod gather;
 mod gather_knn;

@@ -145,6 +145,7 @@ pub fn deposits(g: &mut Graph, stored: &Persistent<Photon>, boxes: &Persistent<A
         overflow: counted(g, 0),
         counters: g.buffer("counters", COUNTERS.len() as u32),
         truncated: vec![],
+        energies: vec![],
     }
 }
 

@@ -46,6 +46,7 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/medium.glsl"
 #include "lib/footprint.glsl"
 #include "lib/scatter.glsl"
+#include "lib/energy.glsl"
 
 // The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
 void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
@@ -81,18 +82,15 @@ bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     return true;
 }
 
-void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float path_density) {
+// Leaves a footprint; false if a guard refuses it.
+bool deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float path_density) {
     if (!(-dot(d, s.geometric) > 1e-5)) {
         atomicAdd(counters[COUNT_GRAZING], 1u);
-        return;
-    }
-    if (!(max_component(photon_flux.rgb) < 3.0e38)) {
-        atomicAdd(counters[COUNT_NOT_FINITE], 1u);
-        return;
+        return false;
     }
     Ellipse e;
     if (FOOTPRINT == FOOTPRINT_DIFFERENTIAL) {
-        if (!differential_ellipse(s, f, e)) return;
+        if (!differential_ellipse(s, f, e)) return false;
     } else {
         basis(s.geometric, e.major, e.minor);
         float r = mix(params.radius_min, params.radius_max, sqrt(max(0.0, 1.0 - path_density)));
@@ -111,6 +109,7 @@ void deposit(uint j, Surface s, vec3 d, vec4 photon_flux, Differential f, float 
     pending[j] = p;
     pending_boxes[j] = Aabb(s.position - extent, s.position + extent);
     stored[j] = 1u;
+    return true;
 }
 
 // The chosen continuation of a photon.
@@ -285,6 +284,32 @@ Event scatter(Arrival a, uint seed, inout Differential f) {
     return e;
 }
 
+// What a photon takes with it where its way ends.
+struct End {
+    vec3 flux;
+    float absorbed; // so far, of what it stands for
+    uint became;    // ENERGY_*
+};
+
+// A photon's place among all of them is written by its own invocation alone, so the ledger needs no atomics.
+void end_photon(uint slot, uint state, End e) {
+    states[slot] = state | e.became << PATH_END_SHIFT;
+    if (ABSORPTION) {
+        flux[slot].rgb = e.flux;
+        rays[2u * slot].w = e.absorbed;
+    }
+}
+
+// Whether the photon is at a surface; if not, its way has ended.
+bool arrives(uint slot, uint triangle, vec3 carried) {
+    if (triangle != BVH_MISS && max_component(carried) > 0.0 && !not_finite(carried)) return true;
+    bool refused = not_finite(carried);
+    if (refused) atomicAdd(counters[COUNT_NOT_FINITE], 1u);
+    uint became = refused ? ENERGY_CLAMPED : ENERGY_ESCAPED;
+    states[slot] |= became << PATH_END_SHIFT;
+    return false;
+}
+
 void main() {
     uint j = linear_id();
     if (j >= count[0]) return;
@@ -293,7 +318,9 @@ void main() {
     uint slot = list[j];
     Hit hit = unpack_hit(hits[slot]);
     vec4 photon_flux = flux[slot];
-    if (hit.triangle == BVH_MISS || max_component(photon_flux.rgb) <= 0.0) return;
+    if (!arrives(slot, hit.triangle, photon_flux.rgb)) return;
+    float absorbed = rays[2u * slot].w;
+    uint end = ENERGY_ABSORBED;
     vec3 d = rays[2u * slot + 1u].xyz;
     uint state = states[slot];
     InterpolatedNormal normal;
@@ -302,7 +329,9 @@ void main() {
     if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
     if (ABSORPTION) {
         uint inside = medium_inside(s, state & PATH_MEDIUM_MASK);
+        float before = energy_of(photon_flux.rgb);
         if (inside != 0u) photon_flux.rgb *= exp(-materials[inside - 1u].absorption * hit.t);
+        absorbed += before - energy_of(photon_flux.rgb);
     }
     Event e;
     if (ALPHA_MASK && s.opacity == 0.0) {
@@ -313,23 +342,32 @@ void main() {
         if (FOOTPRINT != FOOTPRINT_NONE) transfer(f, d, s.geometric, hit.t);
         bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
         bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
+        if (CAUSTIC && gathers) end = ENERGY_ENDED;
         if (kind && gathers) {
             if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb);
-            else deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w);
+            else if (!deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w) && CAUSTIC) end = ENERGY_CLAMPED;
         }
         uint photons = pass[0].seed ^ (CAUSTIC ? SALT_CAUSTIC_PHOTONS : SALT_GLOBAL_PHOTONS);
-        uint seed = hash2(hash2(photons, pass[0].index), slot * 256u + params.bounce);
+        uint key = hash2(photons, pass[0].index) + (params.bounce >> 8) * 0x9e3779b9u;
+        uint seed = hash2(key, slot * 256u + (params.bounce & 255u));
         e = scatter(Arrival(s, normal, d, state, photon_flux.w), seed, f);
     }
-    if (!(e.probability > 0.0)) return;
+    vec3 carried = photon_flux.rgb * e.weight;
+    bool refused = e.probability > 0.0 && not_finite(carried);
+    if (refused) atomicAdd(counters[COUNT_NOT_FINITE], 1u);
+    if (refused || !(e.probability > 0.0) || max_component(e.weight) <= 0.0) {
+        end_photon(slot, state, End(photon_flux.rgb, absorbed, refused ? ENERGY_CLAMPED : end));
+        return;
+    }
     // Survivors stand for those that were absorbed: each covers 1 / p of the area.
     scale(f, inversesqrt(e.probability));
-    rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), 0.0);
+    absorbed += energy_of(photon_flux.rgb) - energy_of(carried);
+    rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), absorbed);
     // Path density: the product of the probabilities of scattering into CONE around the direction that was taken.
     float path_density = rays[2u * slot + 1u].w * min(1.0, e.density * CONE);
     rays[2u * slot + 1u] = vec4(e.direction, path_density);
-    flux[slot] = vec4(photon_flux.rgb * e.weight, photon_flux.w);
+    flux[slot] = vec4(carried, photon_flux.w);
     states[slot] = e.state;
     if (FOOTPRINT != FOOTPRINT_NONE) differentials[slot] = f;
-    alive[j] = max_component(e.weight) > 0.0 ? 1u : 0u;
+    alive[j] = 1u;
 }

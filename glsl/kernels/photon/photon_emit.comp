@@ -207,7 +207,7 @@ void main() {
     Start p = start_of(l, Numbers(sequence1(i, key, 3u), u, w), n);
     vec3 t, s;
     basis(p.direction, t, s);
-    rays[2u * i] = vec4(p.origin, 0.0);
+    rays[2u * i] = vec4(p.origin, 0.0); // w: absorbed of it so far
     rays[2u * i + 1u] = vec4(p.direction, 1.0); // w: path density
     // w: the spacing D of an isotropic light with this share of the photons, the unit of raw differentials.
     flux[i] = vec4(p.pdf > 0.0 ? p.power / (n * p.pdf) : vec3(0.0), sqrt(4.0 * PI / n));

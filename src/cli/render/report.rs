@@ -3,8 +3,9 @@
 use super::stop_rule::StopReason;
 use crate::error::Result;
 use crate::graph::{Runtime, Timing};
+use crate::kernels::energy::Ledger;
 use crate::picture::exr::RenderInfo;
-use crate::render::Session;
+use crate::render::{CLASSES, Session, Statistics};
 use crate::scene;
 
 /// Times of a render in seconds, why it ended, and the device's timeline.
@@ -43,6 +44,7 @@ pub(super) fn report(
         "photons_per_pass": { "caustic": caustic, "global": global },
         "photons_truncated": statistics.photons_truncated,
         "eye_paths_truncated": statistics.eye_paths_truncated,
+        "energy": energy(&statistics),
         "passes_repeated": statistics.repeated,
         "values_not_finite": statistics.rejected,
         "guards": counters, "estimator": estimator(session, structure.into()),
@@ -57,6 +59,20 @@ pub(super) fn report(
         "seconds_of_last_pass": scopes,
         "warnings": session.scene().warnings,
     }))
+}
+
+/// Where the light of each class of photons went: the mean over the passes [W, mean of the channels], and the part of
+/// the emitted light that is not accounted for. A class without photons is left out.
+fn energy(statistics: &Statistics) -> serde_json::Value {
+    let passes = statistics.passes.max(1) as f64;
+    let classes = CLASSES.iter().zip(&statistics.energies).filter(|(_, ledger)| ledger.emitted > 0.0);
+    let class = |(name, ledger): (&&str, &Ledger)| {
+        let mut entries: serde_json::Map<_, _> =
+            ledger.entries().iter().map(|(name, watts)| ((*name).to_owned(), (watts / passes).into())).collect();
+        entries.insert("imbalance".into(), ledger.imbalance().into());
+        ((*name).to_owned(), entries.into())
+    };
+    classes.map(class).collect::<serde_json::Map<_, _>>().into()
 }
 
 /// The estimator by name, what it counted, and its bytes per photon that the map has room for.

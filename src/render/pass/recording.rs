@@ -11,6 +11,7 @@ use super::plan::{Planned, plan, plan_photons, plan_picture};
 use super::reports::Reports;
 use crate::error::Result;
 use crate::graph::{Executable, Input, Readback, Runtime, Timing};
+use crate::kernels::energy::Ledger;
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::render::scene::memory::Memory;
 use crate::render::settings::PhotonBuild;
@@ -139,6 +140,17 @@ impl Recording {
     pub fn counters(&self) -> Vec<u32> {
         let read = |part: &Part| part.reports.counters.as_ref().map(|r| part.executable.read(r));
         self.parts.iter().find_map(read).unwrap_or_default()
+    }
+
+    /// Where the light of the last pass's photons went, class by class; true for caustic ones.
+    pub fn energies(&self) -> Vec<(bool, Ledger)> {
+        let read = |part: &Part| {
+            let ledger = |[emitted, ended]: &[Readback<[f32; 2]>; 2]| {
+                Ledger::of(&part.executable.read(emitted), &part.executable.read(ended))
+            };
+            part.reports.energies.iter().map(|(caustic, sums)| (*caustic, ledger(sums))).collect::<Vec<_>>()
+        };
+        self.parts.iter().flat_map(read).collect()
     }
 
     /// What the estimator built in the last pass, by name; names may repeat.

@@ -11,6 +11,8 @@ pub struct Reports {
     pub overflow: Option<Readback<u32>>,
     pub counters: Option<Readback<u32>>,
     pub truncated: Vec<Readback<u32>>,
+    /// Energies of each class of photons, caustic or not.
+    pub energies: Vec<(bool, [Readback<[f32; 2]>; 2])>,
     pub eye_truncated: Vec<Readback<u32>>,
     /// What the estimator built, by name; equal names are added up.
     pub structure: Vec<(&'static str, Readback<u32>)>,
@@ -23,7 +25,10 @@ pub struct Reports {
 impl Reports {
     /// Adds what is known of the photons.
     pub fn with_photons(self, g: &mut Graph, deposits: &Deposits, read_photons: bool) -> Self {
+        let energies = deposits.energies.iter();
+        let energies = energies.map(|e| (e.caustic, [g.readback(&e.emitted), g.readback(&e.ended)])).collect();
         Self {
+            energies,
             deposits: Some(g.readback(&deposits.count)),
             overflow: Some(g.readback(&deposits.overflow)),
             counters: Some(g.readback(&deposits.counters)),

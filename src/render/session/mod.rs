@@ -28,7 +28,7 @@ use crate::render::settings::Settings;
 use crate::scene::Scene;
 use crate::vk::Device;
 
-pub use statistics::Statistics;
+pub use statistics::{CLASSES, Statistics};
 pub use update::Updated;
 
 /// A render in progress.

@@ -80,6 +80,9 @@ impl Session {
         for ((_, total), value) in s.counters.iter_mut().zip(counters) {
             *total += u64::from(value);
         }
+        for (caustic, energy) in self.recording.energies() {
+            s.energies[usize::from(!caustic)].add(&energy);
+        }
         for (name, value) in structure {
             match s.structure_counts.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, total)) => *total += value,

@@ -2,6 +2,7 @@
 
 use crate::film::film_file::Totals;
 use crate::kernels::deposits::COUNTERS;
+use crate::kernels::energy::Ledger;
 
 /// Counts over all passes so far.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,6 +19,9 @@ pub struct Statistics {
     pub counters: Vec<(&'static str, u64)>,
     /// Photons that were still in flight at the bounce limit.
     pub photons_truncated: u64,
+    /// Where the light of caustic photons went, and that of all others. Each class stands for all light that it is
+    /// meant for, so the two are not to be added.
+    pub energies: [Ledger; 2],
     /// Eye paths that ended at the depth limit.
     pub eye_paths_truncated: u64,
     /// Pixel values that were not finite and counted as black.
@@ -34,6 +38,9 @@ pub struct Statistics {
 
 /// What [`crate::render::Estimator::Tiled`] counts.
 const STRUCTURE_COUNTS: [&str; 2] = ["photons_in_tiles", "tile_entries"];
+
+/// Names of the classes of photons, in the order of [`Statistics::energies`].
+pub const CLASSES: [&str; 2] = ["caustic", "global"];
 
 impl Statistics {
     /// Those of a session without passes: every counter is there and 0.
@@ -54,6 +61,7 @@ impl Statistics {
             pairs: [self.pairs_tested, self.pairs_accepted],
             counters: map(&self.counters),
             structure: map(&self.structure_counts),
+            energies: CLASSES.iter().zip(&self.energies).flat_map(|(class, energy)| named(class, energy)).collect(),
         }
     }
 
@@ -70,6 +78,9 @@ impl Statistics {
             deposits: totals.deposits,
             counters: COUNTERS.iter().map(counter).collect(),
             photons_truncated: totals.photons_truncated,
+            energies: CLASSES.map(|class| {
+                Ledger::from_entries(|name| totals.energies.get(&format!("{class}.{name}")).copied().unwrap_or(0.0))
+            }),
             eye_paths_truncated: totals.eye_paths_truncated,
             rejected: 0,
             pairs_tested: totals.pairs[0],
@@ -78,6 +89,13 @@ impl Statistics {
             seconds: totals.seconds,
         }
     }
+}
+
+/// The entries of a class as they are kept with a film.
+fn named(class: &str, energy: &Ledger) -> Vec<(String, f64)> {
+    // A film's text has no word for what is not finite.
+    let finite = energy.entries().into_iter().filter(|(_, value)| value.is_finite());
+    finite.map(|(name, value)| (format!("{class}.{name}"), value)).collect()
 }
 
 #[cfg(test)]
@@ -93,6 +111,7 @@ mod tests {
             deposits: 200,
             counters: COUNTERS.iter().zip(1..).map(|(name, n)| (*name, n)).collect(),
             photons_truncated: 4,
+            energies: [1.0, 2.0].map(|emitted| Ledger { emitted, cut: 0.5 * emitted, ..Ledger::default() }),
             eye_paths_truncated: 5,
             rejected: 0,
             pairs_tested: 6,

@@ -66,7 +66,7 @@ pub struct Settings {
     /// Surfaces that an eye path may meet after its first, 0 to 254; [`Method::Path`] takes the larger of this and
     /// `photon_bounces`.
     pub eye_depth: u32,
-    /// Surfaces that a photon may meet, 0 to 254.
+    /// Surfaces that a photon may meet, 0 to 16384; with [`Method::Path`] 0 to 254.
     pub photon_bounces: u32,
     /// Smoothing factor s of caustic photons, 0.1 to 100 (Fabianowski and Dingliana 2009, end of section 4).
     pub caustic_smoothing: f32,

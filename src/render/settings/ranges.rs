@@ -30,8 +30,12 @@ pub const BOUND_VERTICES: RangeInclusive<u32> = POLYGON_CORNERS;
 /// would take all, and beyond 16 next to nothing is left.
 pub const SAMPLING_K: RangeInclusive<u32> = 2..=16;
 
-/// Surfaces that a photon may meet, and that an eye path may meet after its first: paths keep them in 8 bits.
+/// Surfaces that an eye path may meet after its first, and that a path of path tracing may meet: paths keep them in 8
+/// bits.
 pub const DEPTH: RangeInclusive<u32> = 0..=MOST_DEPTH;
+
+/// Surfaces that a photon may meet. Each is a step of the recorded pass, so that many make it long.
+pub const PHOTON_BOUNCES: RangeInclusive<u32> = 0..=1 << 14;
 
 /// Smoothing factors, in photon spacings.
 pub const SMOOTHING: RangeInclusive<f32> = 0.1..=100.0;

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Estimator, Lens, Record, Sampling, Settings, ranges};
+use super::{Estimator, Lens, Method, Record, Sampling, Settings, ranges};
 use crate::error::{Error, Result};
 use crate::graph::DeviceClass;
 use crate::kernels::gather::Amplification;
@@ -80,7 +80,7 @@ impl Settings {
         within(&["leaf_photons"], self.leaf_size(), &ranges::LEAF_PHOTONS)?;
         within(&["bound_vertices"], self.bound_vertices, &ranges::BOUND_VERTICES)?;
         within(&["eye_depth"], self.eye_depth, &ranges::DEPTH)?;
-        within(&["photon_bounces"], self.photon_bounces, &ranges::DEPTH)?;
+        within(&["photon_bounces"], self.photon_bounces, &ranges::PHOTON_BOUNCES)?;
         within(&["caustic_smoothing"], self.caustic_smoothing, &ranges::SMOOTHING)?;
         within(&["global_smoothing"], self.global_smoothing, &ranges::SMOOTHING)?;
         within(&["largest_footprint"], self.largest_footprint, &ranges::LARGEST_FOOTPRINT)?;
@@ -119,6 +119,10 @@ impl Settings {
         }
         if self.sampling != Sampling::Full && !traits.estimates_density {
             return refuse(&["method", "sampling"], "the method estimates no density, there is nothing to sample");
+        }
+        if self.method == Method::Path && !ranges::DEPTH.contains(&self.photon_bounces) {
+            let cause = format!("a path meets at most {} surfaces", ranges::DEPTH.end());
+            return refuse(&["method", "photon_bounces"], &cause);
         }
         Ok(())
     }
@@ -235,7 +239,7 @@ mod tests {
         is_checked("leaf_photons", ([1, 16], &[0, 17, u32::MAX]), "1 to 16", |s, x| s.leaf_photons = Some(x));
         is_checked("bound_vertices", ([6, 18], &[0, 5, 19, u32::MAX]), "6 to 18", |s, x| s.bound_vertices = x);
         is_checked("eye_depth", ([0, 254], &[255, u32::MAX]), "0 to 254", |s, x| s.eye_depth = x);
-        is_checked("photon_bounces", ([0, 254], &[255, u32::MAX]), "0 to 254", |s, x| s.photon_bounces = x);
+        is_checked("photon_bounces", ([0, 16384], &[16385, u32::MAX]), "0 to 16384", |s, x| s.photon_bounces = x);
         let k: ([u32; 2], &[u32]) = ([2, 16], &[0, 1, 17, u32::MAX]);
         is_checked("sampling", k, "2 to 16", |s, x| s.sampling = Sampling::Regular(x));
         is_checked("sampling", k, "2 to 16", |s, k| {

@@ -1,12 +1,21 @@
 //! Case 14: photon differentials against finite differences, and the kernels' version against the host's.
 
 use glam::DVec3;
-use nephroid::low_level::graph::Graph;
-use nephroid::low_level::kernels::differentials::{Boundary, SmoothNormal, reflect, refract, run, transfer};
-use nephroid::low_level::kernels::generated::DifferentialStep;
 
-use crate::support::device::runtime;
-use crate::support::proof;
+use super::lab::{Lab, worse};
+use super::{Case, Within};
+use crate::error::Result;
+use crate::graph::Graph;
+use crate::kernels::differentials::{Boundary, SmoothNormal, reflect, refract, run, transfer};
+use crate::kernels::generated::DifferentialStep;
+
+pub(super) const CASES: &[Case] = &[Case {
+    number: 14,
+    title: "photon differentials: mirror, spherical mirror, lens, three bounces",
+    reason: "central differences with steps of 1e-5 in double precision; kernels have single precision",
+    parameter: None,
+    run: differentials,
+}];
 
 /// A triangle with normals of its own, and what happens there: reflection (`eta` 0) or refraction.
 struct Facet {
@@ -152,15 +161,15 @@ fn starts(p: DVec3, d: DVec3) -> [State; 2] {
     [State { p, d, dp: 0.2 * x + 0.1 * y, dd: 0.05 * y }, State { p, d, dp: DVec3::ZERO, dd: 0.3 * x - 0.1 * y }]
 }
 
-#[test]
-fn case_14_differentials_against_finite_differences() {
-    for (p, d) in rays() {
-        for (name, facets) in systems(p, d) {
-            for start in starts(p, d) {
-                let off = error(&facets, start);
-                assert!(off < 1e-3, "{name}: off by {off}");
-            }
-        }
+fn differentials(lab: &mut Lab) -> Result<()> {
+    let names: Vec<&str> = systems(rays()[0].0, rays()[0].1).iter().map(|(name, _)| *name).collect();
+    for (k, name) in names.into_iter().enumerate() {
+        let of_ray = |(p, d): (DVec3, DVec3)| {
+            let (_, facets) = systems(p, d).swap_remove(k);
+            starts(p, d).map(|start| error(&facets, start)).into_iter().fold(0.0, worse)
+        };
+        let off = rays().into_iter().map(of_ray).fold(0.0, worse);
+        lab.found(format!("{name}: against finite differences"), off, 1e-3, Within::AtMost);
     }
     // Without the derivative of the normal a curved mirror must fail.
     let (p, d) = rays()[0];
@@ -169,11 +178,13 @@ fn case_14_differentials_against_finite_differences() {
     let exact = facets[0].follow(start);
     facets[0].normals = [facets[0].normals[0]; 3];
     let flat = facets[0].follow(start);
-    assert!((exact.dd - flat.dd).length() / exact.dd.length() > 1e-2, "curvature matters");
+    let curvature = (exact.dd - flat.dd).length() / exact.dd.length();
+    lab.found("what the mirror's curvature changes", curvature, 1e-2, Within::AtLeast);
+    kernels(lab)
 }
 
-#[test]
-fn case_14_kernels_agree_with_the_host() {
+/// The functions of the photon kernels against those of the host.
+fn kernels(lab: &mut Lab) -> Result<()> {
     let (mut steps, mut expected) = (Vec::new(), Vec::new());
     for (p, d) in rays() {
         for (_, facets) in systems(p, d) {
@@ -186,26 +197,17 @@ fn case_14_kernels_agree_with_the_host() {
             }
         }
     }
-    let runtime = runtime();
-    let input = runtime.persistent_from("steps", &steps).expect("memory");
     let mut g = Graph::new();
-    let steps = g.import_read(&input);
+    let input = g.upload("steps", &steps);
     let mut results = g.buffer("results", 2 * expected.len() as u32);
-    run(&mut g, &steps, &mut results);
+    run(&mut g, &input, &mut results);
     let readback = g.readback(&results);
-    let plan = g.plan().expect("a plan");
-    let mut executable = runtime.prepare(&plan).expect("memory");
-    executable.run().expect("no validation message");
-    proof::ran(&plan.dump());
-    let found = executable.read(&readback);
-    let off = |found: [f32; 4], exact: DVec3, scale: f64| {
-        (DVec3::new(found[0].into(), found[1].into(), found[2].into()) - exact).length() / scale
+    let found = lab.run(g, |executable| executable.read(&readback))?;
+    let off = |found: [f32; 4], exact: DVec3| {
+        (DVec3::new(found[0].into(), found[1].into(), found[2].into()) - exact).length() / exact.length()
     };
-    for (i, state) in expected.iter().enumerate() {
-        assert!(off(found[2 * i], state.dp, state.dp.length()) < 1e-4, "step {i}: position");
-        assert!(off(found[2 * i + 1], state.dd, state.dd.length()) < 1e-4, "step {i}: direction");
-    }
-    let swapped = off(found[1], expected[0].dp, expected[0].dp.length());
-    assert!(swapped > 1e-4, "a wrong vector must be noticed");
-    proof::by(reflect, &["photon_differential"]);
+    let both = |(i, state): (usize, &State)| worse(off(found[2 * i], state.dp), off(found[2 * i + 1], state.dd));
+    let worst = expected.iter().enumerate().map(both).fold(0.0, worse);
+    lab.found("kernels against the host", worst, 1e-4, Within::AtMost).not(off(found[1], expected[0].dp));
+    Ok(())
 }

@@ -5,13 +5,24 @@
 
 use std::f64::consts::PI;
 
-use nephroid::low_level::render::{Footprint, Session, Settings};
-use nephroid::low_level::scene::shapes::Mesh;
-use nephroid::low_level::scene::{Light, Material, Scene};
-use nephroid::low_level::study::moments::Moments;
+use super::lab::{Lab, Shot, settings};
+use super::scenes::from_above;
+use super::{Case, Within};
+use crate::error::Result;
+use crate::fit;
+use crate::render::{Footprint, Session, Settings};
+use crate::scene::shapes::Mesh;
+use crate::scene::{Light, Material, Scene};
+use crate::study::moments::Moments;
 
-use crate::support::device::runtime;
-use crate::support::lab::{from_above, settings};
+pub(super) const CASES: &[Case] = &[Case {
+    number: 24,
+    title: "convergence over passes and radii",
+    reason: "squared error as passes^(-2/3) with a = 2/3 (Knaus and Zwicker 2011), slopes of bias and variance as the \
+             schedule has them; a fixed radius leaves a squared bias of r^4",
+    parameter: Some("passes"),
+    run: convergence,
+}];
 
 /// Pixels of a side of the image, which shows `2 HALF` units.
 const SIDE: u32 = 8;
@@ -50,57 +61,54 @@ struct Errors {
 }
 
 /// Renders 1, 2, 4 ... 2^`doublings` passes with each of `seeds` seeds.
-fn measure(footprint: Footprint, photons: u32, (doublings, seeds): (u32, u32)) -> Errors {
+fn measure(lab: &mut Lab, footprint: Footprint, photons: u32, (doublings, seeds): (u32, u32)) -> Result<Errors> {
     let (scene, answer) = (scene(), answer());
     let passes: Vec<u64> = (0..=doublings).map(|k| 1 << k).collect();
     let mut moments = vec![Moments::default(); passes.len()];
     let mut squared = vec![0.0; passes.len()];
-    let runtime = runtime();
+    let device = lab.runtime().device().clone();
+    let mut fired = 0;
     for seed in 0..seeds {
+        // The mirror and the floor.
         let settings = Settings {
             footprint,
             seed,
             leaf_photons: Some(8),
-            // The mirror and the floor.
             photon_bounces: 2,
             eye_depth: 2,
             ..settings(SIDE, SIDE, photons)
         };
-        let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
+        let mut session = Session::new(&device, scene.clone(), settings)?;
         let mut done = 0;
         for (k, &count) in passes.iter().enumerate() {
-            (done..count).for_each(|index| session.run_pass(index).expect("a pass without validation message"));
+            (done..count).try_for_each(|index| session.run_pass(index))?;
             done = count;
-            let picture = session.picture().expect("a picture");
-            let found = &picture.layer("caustic").expect("the layer of photons").data;
+            let picture = session.picture()?;
+            let found = picture.layer("caustic").map_or(&[][..], |layer| &layer.data);
             moments[k].add(found);
             let squares = found.iter().zip(&answer).map(|(x, r)| f64::from(x - r).powi(2));
             squared[k] += squares.sum::<f64>() / answer.len() as f64 / f64::from(seeds);
         }
-        let cut = ["radius_min", "radius_max", "anisotropy"];
-        let statistics = session.statistics().expect("counts");
-        let fired =
-            statistics.counters.iter().filter(|(name, count)| cut.iter().any(|c| name.contains(c)) && *count > 0);
-        assert_eq!(fired.count(), 0, "{:?}", statistics.counters);
+        let shot = Shot::of(&session)?;
+        let guards = ["footprints_raised_to_minimum", "footprints_cut_to_maximum", "footprints_beyond_anisotropy"];
+        fired += guards.map(|name| shot.guard(name)).iter().sum::<u64>();
+        lab.note(&shot);
     }
-    let parts: Vec<_> = moments.iter().map(|m| m.absolute(&answer).expect("two seeds")).collect();
+    lab.found("footprints that a guard has changed", fired as f64, 0.0, Within::Exact);
+    let parts: Vec<_> = moments.iter().filter_map(|m| m.absolute(&answer)).collect();
     let bias_squared = parts.iter().map(|part| part.bias_squared).collect();
     let variance = parts.iter().map(|part| part.variance).collect();
-    Errors { passes, squared, bias_squared, variance }
+    Ok(Errors { passes, squared, bias_squared, variance })
 }
 
 /// Slope of log y over log x by least squares.
-fn slope(points: impl IntoIterator<Item = (f64, f64)>) -> f64 {
-    let points: Vec<(f64, f64)> = points.into_iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let n = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (xy, xx) = points.iter().fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x) * (p.1 - y), b + (p.0 - x).powi(2)));
-    xy / xx
+fn slope(points: &[(f64, f64)]) -> f64 {
+    fit::fit(points).map_or(f64::NAN, |fit| fit.exponent)
 }
 
 fn of(errors: &Errors, values: &[f64]) -> f64 {
     let passes = errors.passes.iter().map(|n| *n as f64);
-    slope(passes.zip(values.iter().copied()))
+    slope(&passes.zip(values.iter().copied()).collect::<Vec<_>>())
 }
 
 /// Squared bias and variance after `passes` passes relative to those of the first, as the schedule of radii has it:
@@ -114,58 +122,56 @@ fn schedule(passes: &[u64]) -> (Vec<f64>, Vec<f64>) {
     (bias.collect(), variance.collect())
 }
 
-/// Case 24, first half: with the exponent 2/3 the squared error falls as N^(-2/3).
-///
+fn convergence(lab: &mut Lab) -> Result<()> {
+    falls_with_passes(lab)?;
+    bias_falls(lab)?;
+    fixed_radius(lab)
+}
+
 /// The footprints hold a photon or two. Photons of a pass are stratified, so wider footprints see less noise than
 /// independent photons would give, and lose that as they narrow: with ten photons in them the variance falls as N^-0.53
 /// over the same passes.
-#[test]
-fn case_24_error_falls_with_the_passes() {
+fn falls_with_passes(lab: &mut Lab) -> Result<()> {
     let radius = 0.25;
-    let errors = measure(Footprint::Density { min: radius, max: radius }, 40, (8, 16));
+    let work = lab.pick((6, 8), (8, 16));
+    let errors = measure(lab, Footprint::Density { min: radius, max: radius }, 40, work)?;
     let (_, variance) = schedule(&errors.passes);
     let (found, of_variance) = (of(&errors, &errors.squared), of(&errors, &errors.variance));
+    let first = errors.squared[0];
+    for (&passes, squared) in errors.passes.iter().zip(&errors.squared) {
+        let expected = first * (passes as f64).powf(-2.0 / 3.0);
+        let what = format!("squared error after {passes} passes");
+        lab.found(what, *squared, expected, Within::Part(0.5)).at(passes as f64);
+    }
+    lab.found("slope of the squared error", found, -0.665, Within::Range(0.085)).not(-1.0);
     let expected = of(&errors, &variance);
-    println!("squared error {:?}", errors.squared);
-    println!("slope {found:.4}, of the variance {of_variance:.4}, by the schedule {expected:.4}");
-    assert!((-0.75..=-0.58).contains(&found), "slope of the squared error: {found}");
-    assert!((of_variance - expected).abs() < 0.05, "slope of the variance: {of_variance}, by the schedule {expected}");
+    lab.found("slope of the variance", of_variance, expected, Within::Range(lab.pick(0.1, 0.05)));
+    Ok(())
 }
 
-/// Case 24, the bias alone, where photons are many: it falls as the mean of the squared radii.
-#[test]
-fn case_24_bias_falls_with_the_passes() {
+/// The bias alone, where photons are many: it falls as the mean of the squared radii.
+fn bias_falls(lab: &mut Lab) -> Result<()> {
     let radius = 0.5;
-    let errors = measure(Footprint::Density { min: radius, max: radius }, 8_000, (6, 8));
+    let work = lab.pick((4, 4), (6, 8));
+    let errors = measure(lab, Footprint::Density { min: radius, max: radius }, 8_000, work)?;
     let (bias, _) = schedule(&errors.passes);
     let (found, expected) = (of(&errors, &errors.bias_squared), of(&errors, &bias));
-    println!("bias^2 {:?}, variance {:?}", errors.bias_squared, errors.variance);
-    println!("slope {found:.4}, by the schedule {expected:.4}");
-    assert!((found - expected).abs() < 0.05, "slope of the squared bias: {found}, by the schedule {expected}");
+    lab.found("slope of the squared bias", found, expected, Within::Range(0.05));
+    Ok(())
 }
 
-/// Case 24, second half: with a fixed radius the error ends at a bias that grows with the fourth power of the radius,
-/// squared.
-#[test]
-fn case_24_a_fixed_radius_has_a_floor() {
-    let radii = [0.25, 0.35, 0.5];
-    let errors = radii.map(|radius| measure(Footprint::Fixed(radius as f32), 8_000, (4, 8)));
-    for (radius, errors) in radii.iter().zip(&errors) {
-        println!("{radius}: {:?}, bias^2 {:?}, variance {:?}", errors.squared, errors.bias_squared, errors.variance);
+/// With a fixed radius the error ends at a bias that grows with the fourth power of the radius, squared.
+fn fixed_radius(lab: &mut Lab) -> Result<()> {
+    let radii: &[f64] = lab.pick(&[0.3, 0.5], &[0.25, 0.35, 0.5]);
+    let (mut points, mut falls) = (vec![], vec![]);
+    for &radius in radii {
+        let work = lab.pick((2, 4), (4, 8));
+        let errors = measure(lab, Footprint::Fixed(radius as f32), 8_000, work)?;
+        points.push((radius, errors.bias_squared.last().copied().unwrap_or(f64::NAN)));
+        falls.push(of(&errors, &errors.squared));
     }
-    let last = errors.iter().map(|errors| errors.bias_squared[errors.passes.len() - 1]);
-    let found = slope(radii.into_iter().zip(last));
-    println!("slope {found:.4}");
-    assert!((3.5..=4.5).contains(&found), "bias^2 grows as r^{found}");
-    let floor = &errors[2];
-    let fall = of(floor, &floor.squared);
-    assert!(fall > -0.3, "the squared error of the widest discs still falls as N^{fall}");
-}
-
-#[test]
-fn slopes_are_those_of_powers() {
-    let power = |exponent: f64| slope([1.0, 2.0, 8.0].map(|x: f64| (x, 3.0 * x.powf(exponent))));
-    assert!((power(-2.0 / 3.0) + 2.0 / 3.0).abs() < 1e-12 && (power(4.0) - 4.0).abs() < 1e-12);
-    // What a schedule that does not shrink would give is outside of the range.
-    assert!(!(-0.75..=-0.58).contains(&power(-1.0)));
+    lab.found("slope of the squared bias over the radius", slope(&points), 4.0, Within::Range(0.5)).not(2.0);
+    let widest = falls.last().copied().unwrap_or(f64::NAN);
+    lab.found("slope of the squared error, widest radius", widest, -0.3, Within::AtLeast);
+    Ok(())
 }
