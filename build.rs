@@ -1,5 +1,5 @@
-//! Compiles every kernel of glsl/kernels, reflects it, and emits one Rust file that `src/kernels/generated.rs` includes;
-//! reads the constants that host and kernels share, and emits them for `src/constants.rs`.
+//! Compiles every kernel of glsl/kernels, reflects it, and emits one Rust file that `src/kernels/generated.rs`
+//! includes; reads the constants that host and kernels share, and emits them for `src/constants.rs`.
 
 #[path = "src/shader/mod.rs"]
 mod shader;

@@ -99,7 +99,8 @@ impl Facts<'_> {
             format!("  triangles    {}{skipped}", s.triangles),
             format!("  vertices     {}", s.vertices),
             format!(
-                "  lights       {point} point, {spot} spot, {directional} directional, {} emissive triangles, {environment}",
+                "  lights       {point} point, {spot} spot, {directional} directional, {} emissive triangles, \
+                 {environment}",
                 s.emissive_triangles
             ),
             format!("  materials    {}", s.materials),

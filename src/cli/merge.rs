@@ -133,7 +133,8 @@ fn warn_about_devices(abouts: &[About], progress: &Progress) {
     devices.dedup();
     if devices.len() > 1 {
         progress.note(&format!(
-            "warning: parts of {} devices or drivers ({}): all passes are as good, but no single one would give the same bits",
+            "warning: parts of {} devices or drivers ({}): all passes are as good, but no single one would give the \
+             same bits",
             devices.len(),
             devices.join(", ")
         ));

@@ -295,7 +295,10 @@ impl GrowthReport {
                 "steps": curve.steps.iter().map(step).collect::<Value>(),
             })
         };
-        let growth = |growth: &Growth| json!({ "scene": growth.name, "curves": growth.curves.iter().map(curve).collect::<Value>() });
+        let growth = |growth: &Growth| {
+            let curves: Value = growth.curves.iter().map(curve).collect();
+            json!({ "scene": growth.name, "curves": curves })
+        };
         let mut report = self.machine.json();
         report.insert("meaningless".into(), json!(self.meaningless));
         report.insert("scenes".into(), self.growths.iter().map(growth).collect());

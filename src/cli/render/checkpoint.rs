@@ -58,8 +58,8 @@ impl<'a> Checkpoints<'a> {
             let other = file.devices.iter().find(|name| **name != device);
             if let Some(other) = other {
                 monitor.note(&format!(
-                    "warning: {} was rendered on {other}, this is {device}: its passes are as good, but the bits of the \
-                     picture will be those of neither alone",
+                    "warning: {} was rendered on {other}, this is {device}: its passes are as good, but the bits of \
+                     the picture will be those of neither alone",
                     path.display()
                 ));
             }

@@ -196,11 +196,23 @@ pub struct LightArgs {
     pub bsdf: Bsdf,
 
     /// Footprint size of caustic photons, in photon spacings of the first pass: larger is smoother [default: 2.1]
-    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "S",
+        hide_short_help = true,
+        value_parser = values::smoothing,
+        allow_negative_numbers = true
+    )]
     pub caustic_smoothing: Option<f32>,
 
     /// Largest semiaxis of a footprint, in radii of the scene at the first pass [default: 0.042]
-    #[arg(long, value_name = "R", hide_short_help = true, value_parser = values::largest_footprint, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "R",
+        hide_short_help = true,
+        value_parser = values::largest_footprint,
+        allow_negative_numbers = true
+    )]
     pub largest_footprint: Option<f32>,
 
     /// Let footprints reach over the edges where walls meet: darker edges, and light that leaks under thin walls
@@ -208,6 +220,12 @@ pub struct LightArgs {
     pub no_fold: bool,
 
     /// Footprint size of all other photons, in photon spacings of the first pass: larger is smoother [default: 2.8]
-    #[arg(long, value_name = "S", hide_short_help = true, value_parser = values::smoothing, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "S",
+        hide_short_help = true,
+        value_parser = values::smoothing,
+        allow_negative_numbers = true
+    )]
     pub global_smoothing: Option<f32>,
 }

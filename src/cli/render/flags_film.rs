@@ -32,7 +32,12 @@ pub struct FilmArgs {
     pub resume: Option<PathBuf>,
 
     /// Render passes A up to but without B, and write the film into each .exr of --output: a part, for `nephroid merge`
-    #[arg(long, value_name = "A..B", value_parser = pass_range, conflicts_with_all = ["passes", "time", "target_error"])]
+    #[arg(
+        long,
+        value_name = "A..B",
+        value_parser = pass_range,
+        conflicts_with_all = ["passes", "time", "target_error"]
+    )]
     pub pass_range: Option<Range<u64>>,
 }
 

@@ -34,6 +34,8 @@ pub(super) fn report(
         statistics.counters.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
     let structure: serde_json::Map<_, _> =
         statistics.structure_counts.iter().map(|(name, n)| ((*name).to_owned(), (*n).into())).collect();
+    let scene_bytes: serde_json::Map<_, _> =
+        session.device_scene().sizes().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect();
     let memory = runtime.device().memory();
     let scopes = scope_seconds(&session.timings());
     Ok(serde_json::json!({
@@ -54,7 +56,7 @@ pub(super) fn report(
         "bytes": {
             "device_peak": memory.peak,
             "transients": session.transient_bytes(),
-            "scene": session.device_scene().sizes().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect::<serde_json::Map<String, serde_json::Value>>(),
+            "scene": scene_bytes,
         },
         "seconds_of_last_pass": scopes,
         "warnings": session.scene().warnings,
