@@ -6,6 +6,7 @@ mod shader;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod compiled;
 mod plan_properties;
 mod plans;
 mod raster;

@@ -7,9 +7,7 @@ use std::sync::LazyLock;
 
 use nephroid::Error;
 use nephroid::low_level::draw_state::{Blend, Cull, DepthTest, DrawState, Topology};
-use nephroid::low_level::graph::{
-    Buf, Draw, DrawArgs, Graph, Grid, Instances, Kernel, KernelInfo, Plan, RasterPass, Readback, Runtime, Spirv,
-};
+use nephroid::low_level::graph::{Buf, Draw, DrawArgs, Graph, Grid, Instances, Plan, RasterPass, Readback, Runtime};
 use nephroid::low_level::kernels::generated::{
     BenchSplatFrag, BenchSplatFragBindings, BenchSplatFragParams, BenchSplatGeom, BenchSplatGeomBindings,
     BenchSplatGeomParams, BenchSplatPointVert, BenchSplatPointVertBindings, BenchSplatVert, BenchSplatVertBindings,
@@ -17,11 +15,10 @@ use nephroid::low_level::kernels::generated::{
 };
 use nephroid::low_level::vk::Feature;
 
-use crate::shader;
+use crate::compiled::Compiled;
 use crate::support::device::{open, runtime};
 use crate::support::fake::Wires;
 use crate::support::proof;
-use crate::support::repository;
 
 type Pixels = Vec<[f32; 4]>;
 
@@ -184,33 +181,11 @@ fn squares_add_up_with_vertex_and_geometry_kernels() {
     proof::by_answer(&["bench_splat_frag", "bench_splat_geom", "bench_splat_point_vert", "bench_splat_vert"]);
 }
 
-/// A compute kernel compiled here; parameters: items and instances to draw.
-#[derive(Clone, Copy)]
-struct Compiled(&'static KernelInfo);
-
-impl Kernel for Compiled {
-    type Params = [u32; 3];
-    type Bindings<'a> = Wires;
-    fn info(&self) -> &'static KernelInfo {
-        self.0
-    }
-    fn constants(&self) -> Vec<(u32, u32)> {
-        Vec::new()
-    }
-}
-
+/// A compute kernel; its parameters are the items, and the vertices and instances to draw.
 fn compile(name: &'static str, text: &str) -> Compiled {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = folder.path().join(format!("{name}.comp"));
     let head = "#version 460\n#extension GL_EXT_scalar_block_layout : require\nlayout(local_size_x = 64) in;\n\
                 layout(push_constant, scalar) uniform Params { uint items; uint vertices; uint instances; } params;\n";
-    std::fs::write(&file, format!("{head}{text}")).expect("a kernel");
-    let root = repository("glsl");
-    let words = shader::Compiler::new(&root).and_then(|compiler| compiler.compile(&file)).expect("a sound kernel");
-    let kernel = shader::reflect(&file, &words).expect("a description");
-    let bindings: Vec<u32> = kernel.bindings.iter().map(|binding| binding.index).collect();
-    let (local_size, spirv) = (kernel.local_size, Spirv(bytemuck::cast_slice(words.leak())));
-    Compiled(Box::leak(Box::new(KernelInfo { name, spirv, local_size, push_bytes: 12, bindings: bindings.leak() })))
+    Compiled::of(name, &format!("{head}{text}"))
 }
 
 /// Copies squares and writes how many of them are drawn.

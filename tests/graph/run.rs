@@ -6,32 +6,16 @@
 use std::sync::LazyLock;
 
 use nephroid::low_level::graph::{
-    Buf, DispatchArgs, Executable, Graph, Grid, Kernel, KernelInfo, Operation, Plan, Runtime, Spirv, Timing, Window,
-    Windows, chrome_trace,
+    Buf, DispatchArgs, Executable, Graph, Grid, Operation, Plan, Runtime, Timing, Window, Windows, chrome_trace,
 };
 use nephroid::{Error, MemoryCause};
 
-use crate::shader;
+use crate::compiled::Compiled;
 use crate::support::device::{open, runtime};
 use crate::support::fake::Wires;
-use crate::support::repository;
 
-/// A kernel compiled here; parameters: first item, item count, a word to add.
-#[derive(Clone, Copy)]
-struct Compiled(&'static KernelInfo);
-
-impl Kernel for Compiled {
-    type Params = [u32; 3];
-    type Bindings<'a> = Wires;
-    fn info(&self) -> &'static KernelInfo {
-        self.0
-    }
-    fn constants(&self) -> Vec<(u32, u32)> {
-        Vec::new()
-    }
-}
-
-/// Compiles `body`, which runs for item `i` of `params.count`, the item `params.first + i` of the whole.
+/// Compiles `body`; its parameters are the first item, the item count and a word to add. It runs for item `i` of
+/// `params.count`, the item `params.first + i` of the whole.
 fn compile(name: &'static str, buffers: &str, body: &str) -> Compiled {
     let source = format!(
         "#version 460\n#extension GL_GOOGLE_include_directive : require\n\
@@ -40,20 +24,7 @@ fn compile(name: &'static str, buffers: &str, body: &str) -> Compiled {
          layout(push_constant, scalar) uniform Params {{ uint first; uint count; uint addend; }} params;\n{buffers}\n\
          void main() {{ uint i = linear_id(); if (i < params.count) {{ {body} }} }}\n"
     );
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = folder.path().join(format!("{name}.comp"));
-    std::fs::write(&file, source).expect("a kernel");
-    let root = repository("glsl");
-    let words = shader::Compiler::new(&root).and_then(|compiler| compiler.compile(&file)).expect("a sound kernel");
-    let kernel = shader::reflect(&file, &words).expect("a description");
-    let bindings: Vec<u32> = kernel.bindings.iter().map(|binding| binding.index).collect();
-    Compiled(Box::leak(Box::new(KernelInfo {
-        name,
-        spirv: Spirv(bytemuck::cast_slice(words.leak())),
-        local_size: kernel.local_size,
-        push_bytes: kernel.params.map_or(0, |params| shader::Type::Struct(params).layout().0),
-        bindings: bindings.leak(),
-    })))
+    Compiled::of(name, &source)
 }
 
 /// `target[i] = 3 * source[i] + addend`.
