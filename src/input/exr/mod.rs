@@ -116,7 +116,7 @@ fn check_count(part: &Part, length: u64) -> Result<(), Fault> {
     /// PIZ and both kinds of DWA.
     const WITH_TABLES: [u8; 3] = [4, 8, 9];
     let count = part.block_count();
-    let most = if WITH_TABLES.contains(&part.compression) { (1 << 15) + length / 256 } else { length / 8 };
+    let most = if WITH_TABLES.contains(&part.compression) { (1 << 14) + length / 512 } else { length / 8 };
     if count > most.min(length / 8) {
         let what = format!("{count} blocks announced, but the file has only {length} bytes");
         return Err(Fault::Content(what));

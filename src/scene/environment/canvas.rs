@@ -17,6 +17,8 @@ pub(super) struct Canvas {
     full: [u64; 2],
     /// Texels of the file that become one, along each side: 2 to this power.
     halvings: u32,
+    /// Share of a texel of the file in its mean.
+    weight: f32,
     map: Environment,
     /// From the file's colours to Rec. 709.
     to_rec_709: Option<Mat3>,
@@ -35,7 +37,7 @@ impl Canvas {
         }
         let radiance = vec![[0.0; 3]; (width * height) as usize];
         let map = Environment { width: width as u32, height: height as u32, radiance };
-        Self { full, halvings, map, to_rec_709, clamped: 0 }
+        Self { full, halvings, weight: 0.25_f32.powi(halvings as i32), map, to_rec_709, clamped: 0 }
     }
 
     /// Sets a texel of the file, once; the row and column may lie outside of the map.
@@ -53,8 +55,7 @@ impl Canvas {
         // The last row or column of an odd number falls away.
         if column < self.map.width as usize && row < self.map.height as usize {
             let mean = &mut self.map.radiance[row * self.map.width as usize + column];
-            let weight = 0.25_f32.powi(self.halvings as i32);
-            *mean = std::array::from_fn(|k| mean[k] + radiance[k] * weight);
+            *mean = std::array::from_fn(|k| mean[k] + radiance[k] * self.weight);
         }
     }
 
