@@ -76,7 +76,8 @@ enum Command {
 ///
 /// An error becomes one sentence on standard error and the code of [`Error::exit_code`].
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    match parse(args).and_then(|cli| cli.map_or(Ok(()), run)) {
+    let prepared = interrupt::let_large_writes_fail();
+    match prepared.and_then(|()| parse(args)).and_then(|cli| cli.map_or(Ok(()), run)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // If standard error is closed, the exit code is all that can be reported.

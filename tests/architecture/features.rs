@@ -5,7 +5,7 @@ use std::process::Command;
 use crate::support::repository;
 
 /// Packages that only the command line needs.
-const OF_THE_COMMAND_LINE: [&str; 4] = ["clap", "ctrlc", "indicatif", "toml"];
+const OF_THE_COMMAND_LINE: [&str; 4] = ["clap", "indicatif", "signal-hook", "toml"];
 
 /// Names of the packages that the library is built of.
 fn packages(features: &[&str]) -> Vec<String> {

@@ -2,9 +2,9 @@
 //!
 //! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`).
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Lines};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nephroid::low_level::picture::exr;
@@ -497,20 +497,67 @@ fn a_render_ends_at_its_target_error_and_says_so() {
     assert!(!exr::read(&folder.path().join("b.exr")).expect("whole").1.contains_key("estimated_error"));
 }
 
+/// Starts a long render and returns it when its first pass is done.
+#[cfg(unix)]
+fn begun(line: &str, folder: &Path) -> (Child, Lines<BufReader<ChildStderr>>) {
+    let mut child =
+        command(line, folder).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut progress = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let first = progress.by_ref().map(|line| line.expect("UTF-8")).find(|line| line.starts_with("pass "));
+    let first = first.expect("a line of progress");
+    assert!(first.contains("photons/s") && first.contains("left"), "{first}");
+    (child, progress)
+}
+
+#[cfg(unix)]
+fn send(signals: &[&str], child: &Child) {
+    // One shell: the signals are milliseconds apart.
+    let all: String = signals.iter().map(|signal| format!("kill -{signal} {};", child.id())).collect();
+    assert!(Command::new("sh").args(["-c", &all]).status().expect("sh runs").success());
+}
+
+#[test]
+#[cfg(unix)]
+fn signals_in_quick_succession_lose_no_picture() {
+    let _turn = turn();
+    for signals in [&["HUP", "TERM"][..], &["INT", "INT", "INT"], &["TERM", "TERM", "HUP", "INT"]] {
+        let folder = folder();
+        let line = "render @cornell.glb --size 32x24 --time 10m -o a.exr --device %";
+        let (child, progress) = begun(line, folder.path());
+        send(signals, &child);
+        let rest: Vec<String> = progress.map_while(Result::ok).collect();
+        assert_eq!(child.wait_with_output().expect("it ends").status.code(), Some(130), "{signals:?}: {rest:?}");
+        assert_eq!(picture(folder.path(), "a.exr").width, 32, "{signals:?}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_limit_on_the_size_of_files_is_an_error_and_no_crash() {
+    let _turn = turn();
+    let folder = folder();
+    // Compiled kernels first: the driver would lose them to the limit.
+    success("render @cornell.glb --size 256x256 --passes 1 --photons 1k -o a.exr --device % -q", folder.path());
+    let mut program =
+        command("render @cornell.glb --size 256x256 --passes 1 --photons 1k -o b.exr --device % -q", folder.path());
+    let words: Vec<_> = program.get_args().map(|word| word.to_owned()).collect();
+    program = Command::new("bash");
+    program.args(["-c", "ulimit -f 16; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_nephroid")]).args(words);
+    let output = program.current_dir(folder.path()).output().expect("bash starts");
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("b.exr: cannot write: File too large"), "{message}");
+    assert_eq!(names_in(folder.path()), ["a.exr"], "nothing half");
+}
+
 #[test]
 #[cfg(unix)]
 fn ctrl_c_writes_what_is_finished() {
     let _turn = turn();
     let folder = folder();
     let line = "render @cornell.glb --size 32x24 --time 10m -o a.exr -o a.png --device %";
-    let mut program = command(line, folder.path());
-    let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let mut progress = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let first = progress.by_ref().map(|line| line.expect("UTF-8")).find(|line| line.starts_with("pass "));
-    let first = first.expect("a line of progress");
-    assert!(first.contains("photons/s") && first.contains("left"), "{first}");
-    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-    assert!(status.success());
+    let (child, progress) = begun(line, folder.path());
+    send(&["INT"], &child);
     let rest: Vec<String> = progress.map_while(Result::ok).collect();
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{rest:?}");

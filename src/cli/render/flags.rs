@@ -23,7 +23,7 @@ Examples:
   nephroid render hall.glb -o hall.exr --time 8h --checkpoint hall.film.exr --resume hall.film.exr
   nephroid render hall.glb -o part-1.exr --pass-range 64..128     a part, for `nephroid merge`
 
-Ctrl-C ends a render early and writes what is finished; a second Ctrl-C writes nothing.";
+Ctrl-C ends a render early and writes what is finished; another one, a second or more later, writes nothing.";
 
 /// Flags of `nephroid render`.
 #[derive(Debug, Args)]
