@@ -67,6 +67,7 @@ mod film;
 #[cfg(feature = "cli")]
 mod fit;
 mod graph;
+mod injection;
 mod input;
 mod kernels;
 pub mod low_level;

@@ -31,6 +31,8 @@ layers! {
     picture;
     /// Files from outside, read within limits.
     input;
+    /// Faults on request, for tests.
+    injection;
     /// Measures that compare pictures.
     compare;
     /// Rates of kernels and scenes beside their floors.

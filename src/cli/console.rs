@@ -18,6 +18,12 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
+/// Says on standard error what went wrong, also where the user wants quiet.
+pub(super) fn complain(sentence: &str) {
+    // If standard error is closed, the exit code is all that can be reported.
+    let _ = writeln!(std::io::stderr(), "nephroid: {sentence}");
+}
+
 /// A turning sign that a measurement is running. It is shown on a terminal only.
 pub(super) fn spinner() -> ProgressBar {
     if !std::io::stderr().is_terminal() {

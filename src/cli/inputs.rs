@@ -1,8 +1,10 @@
-//! Files that a command reads.
+//! Files that a command reads, and files that it must not write over.
 
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::film::film_file::read_about;
+use crate::picture::output::Destination;
 
 /// Finds out early whether an input file can be read.
 ///
@@ -17,6 +19,31 @@ pub(super) fn check_readable(path: &Path) -> Result<()> {
     }
     std::fs::File::open(path).map_err(io)?;
     Ok(())
+}
+
+/// Refuses to write over a file that is read.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(super) fn spare_inputs<P: AsRef<Path>>(outputs: &[&Destination], inputs: &[P]) -> Result<()> {
+    let taken = outputs.iter().find(|output| inputs.iter().any(|input| output.is_same_file(input.as_ref())));
+    let Some(output) = taken else { return Ok(()) };
+    let what = format!("'{}' is a file of the scene and is not written over", output.path().display());
+    Err(Error::Usage(what))
+}
+
+/// Refuses to replace a film by one of fewer passes, or by a picture without a film (`passes` is zero).
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(super) fn spare_film(output: &Destination, passes: u64, force: bool) -> Result<()> {
+    // A file that cannot be read as a film is none.
+    let held = if force { None } else { read_about(output.target()).and_then(|about| about.passes()).ok() };
+    let Some(held) = held.map(|held| held.count()).filter(|held| *held > passes) else { return Ok(()) };
+    let plural = if held == 1 { "" } else { "es" };
+    let file = output.path().display();
+    let what = format!("'{file}' holds {held} pass{plural} of a render, more than would replace them");
+    Err(Error::Usage(format!("{what}: --resume goes on with them, --force replaces them")))
 }
 
 #[cfg(test)]

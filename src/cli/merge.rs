@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::console::print;
-use super::inputs::check_readable;
+use super::inputs::{check_readable, spare_film};
 use super::progress::{Limit, Progress, Status};
 use super::render::checkpoint::save;
 use super::values;
@@ -56,6 +56,10 @@ pub struct MergeArgs {
     #[arg(long, value_name = "STOPS", default_value = "0", value_parser = values::stops, allow_negative_numbers = true)]
     exposure: f32,
 
+    /// Write over a film that has more passes than the sum of the parts
+    #[arg(long)]
+    force: bool,
+
     /// Show no progress and no warnings, only the last line and errors
     #[arg(short, long)]
     quiet: bool,
@@ -73,6 +77,9 @@ pub fn run(args: &MergeArgs) -> Result<()> {
     let abouts = args.parts.iter().map(|path| film_file::read_about(path)).collect::<Result<Vec<_>>>()?;
     let passes = check_parts(&args.parts, &abouts)?;
     check_complete(&args.parts, &passes, args.passes)?;
+    for output in &outputs {
+        spare_film(output.destination(), if args.picture_only { 0 } else { passes.count() }, args.force)?;
+    }
     let limit = Limit { passes: Some(passes.count()), seconds: None };
     let mut progress = Progress::new(limit, args.quiet);
     warn_about_devices(&abouts, &progress);

@@ -24,7 +24,6 @@ mod study;
 mod values;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -80,8 +79,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     match prepared.and_then(|()| parse(args)).and_then(|cli| cli.map_or(Ok(()), run)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // If standard error is closed, the exit code is all that can be reported.
-            let _ = writeln!(std::io::stderr(), "nephroid: {}", advice::sentence(&error));
+            console::complain(&advice::sentence(&error));
             ExitCode::from(error.exit_code())
         }
     }

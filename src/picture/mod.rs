@@ -3,6 +3,7 @@
 //! [`image`] holds the layers of a picture. [`post`] changes them where it is asked to. [`exr`] and [`png`] encode
 //! them, the latter by way of [`tonemap`]. [`output`] writes a file such that it appears whole or not at all.
 
+pub mod claim;
 pub mod exr;
 pub mod image;
 pub mod output;

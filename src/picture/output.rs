@@ -6,13 +6,14 @@
 //! also removes what processes that were killed left behind.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
+use crate::injection::{Step, file_step};
 use crate::picture::exr::Metadata;
 use crate::picture::image::Picture;
 use crate::picture::post::display::Display;
@@ -63,6 +64,11 @@ impl Destination {
         &self.path
     }
 
+    /// The file that is replaced: links resolved.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
     /// Whether both name one file.
     pub fn is_same_file(&self, other: &Path) -> bool {
         absolute(&self.target) == absolute(&fs::canonicalize(other).unwrap_or_else(|_| other.to_owned()))
@@ -73,15 +79,15 @@ impl Destination {
     /// # Errors
     /// Those of `fill`, and [`Error::Io`] if the file cannot be created, flushed or renamed; the old file is then
     /// untouched.
-    pub fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> Result<()>) -> Result<()> {
+    pub fn write(&self, fill: impl FnOnce(&mut BufWriter<Sink<'_>>) -> Result<()>) -> Result<()> {
         let io = |action| move |source| Error::io(&self.path, action, source);
         let temporary = self.temporary().map_err(io("create"))?;
         let file = temporary.0.as_file();
-        let mut sink = BufWriter::new(file);
+        let mut sink = BufWriter::new(Sink(file));
         fill(&mut sink)?;
         sink.flush().map_err(io("write"))?;
         drop(sink);
-        file.sync_all().map_err(io("write"))?;
+        file_step(Step::Sync).and_then(|()| file.sync_all()).map_err(io("write"))?;
         temporary.rename(&self.target).map_err(io("rename"))?;
         self.sync_folder();
         Ok(())
@@ -92,6 +98,7 @@ impl Destination {
     }
 
     fn temporary(&self) -> std::io::Result<Temporary> {
+        file_step(Step::Create)?;
         let mut prefix = std::ffi::OsString::from(".");
         prefix.push(self.target.file_name().unwrap_or_default());
         let mut builder = tempfile::Builder::new();
@@ -102,7 +109,7 @@ impl Destination {
         let file = builder.tempfile_in(self.folder())?;
         // Says that somebody is writing; a file system without locks does without.
         let _ = file.as_file().try_lock();
-        unfinished().push(file.path().to_owned());
+        note_unfinished(file.path());
         Ok(Temporary(file))
     }
 
@@ -125,11 +132,33 @@ fn absolute(path: &Path) -> PathBuf {
     path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
+/// The temporary file, as what fills it sees it.
+#[derive(Debug)]
+pub struct Sink<'a>(&'a File);
+
+impl Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        file_step(Step::Write)?;
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Seek for Sink<'_> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
 /// A temporary file and its entry in [`UNFINISHED`]; dropping it removes both.
 struct Temporary(NamedTempFile);
 
 impl Temporary {
     fn rename(mut self, target: &Path) -> std::io::Result<()> {
+        file_step(Step::Rename)?;
         let source = self.0.path().to_owned();
         fs::rename(&source, target)?;
         // Its path is gone, so there is nothing left to delete.
@@ -140,13 +169,22 @@ impl Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        let path = self.0.path();
-        unfinished().retain(|other| other != path);
+        forget_unfinished(self.0.path());
     }
 }
 
 fn unfinished() -> std::sync::MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Adds a file that shall not outlast the process.
+pub(super) fn note_unfinished(path: &Path) {
+    unfinished().push(path.to_owned());
+}
+
+/// Takes back [`note_unfinished`].
+pub(super) fn forget_unfinished(path: &Path) {
+    unfinished().retain(|other| other != path);
 }
 
 /// Deletes the temporary files of writes that are under way. Only for a process that is about to end without running

@@ -38,6 +38,9 @@ pub use world::{Part, World};
 pub struct Scene {
     /// The file it came from; empty if it was built by hand.
     pub path: PathBuf,
+    /// Further files that it was read from or names: buffers, images, the environment map. A program that writes files
+    /// must not write over these.
+    pub files: Vec<PathBuf>,
     /// Surfaces, each in a space of its own.
     pub meshes: Vec<Mesh>,
     /// Meshes in the world. Their order is that of the triangles in [`World`].

@@ -56,7 +56,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 fn write_text(path: &Path, text: &str) -> Result<PathBuf> {
-    let fill = |sink: &mut std::io::BufWriter<&std::fs::File>| {
+    let fill = |sink: &mut std::io::BufWriter<crate::picture::output::Sink<'_>>| {
         sink.write_all(text.as_bytes()).map_err(|source| Error::io(path, "write", source))
     };
     Destination::check(path)?.write(fill)?;

@@ -3,7 +3,7 @@
 use super::call::{failed, lock};
 use super::core::Core;
 use super::limits::DeviceKind;
-use super::memory::Place;
+use super::memory::{Place, allocate};
 use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -173,10 +173,10 @@ fn place_buffer(
         linear: true,
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
-    let allocation = lock(&core.allocator).allocate(&desc).map_err(|cause| Error::OutOfMemory {
+    let allocation = allocate(core, &desc).map_err(|cause| Error::OutOfMemory {
         object: name.to_owned(),
         bytes: requirements.size,
-        cause: MemoryCause::BufferRefused(cause.to_string()),
+        cause: MemoryCause::BufferRefused(cause),
     })?;
     let coherent = allocation.memory_properties().contains(vk::MemoryPropertyFlags::HOST_COHERENT);
     assert!(coherent || place == Place::Device, "the allocator gave incoherent memory for '{name}'");

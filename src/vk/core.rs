@@ -6,6 +6,7 @@ use super::instance::Instance;
 use super::limits::{Candidate, DeviceInfo, Identity};
 use super::memory::Accounts;
 use crate::error::{Error, Result};
+use crate::injection::{Step, fails};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
@@ -153,6 +154,10 @@ impl Core {
             .value(value)
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let info = vk::SubmitInfo2::default().command_buffer_infos(&buffers).signal_semaphore_infos(&signals);
+        if fails(Step::Submit) {
+            self.note(vk::Result::ERROR_DEVICE_LOST);
+            return Err(failed("vkQueueSubmit2", name)(vk::Result::ERROR_DEVICE_LOST));
+        }
         // SAFETY: the queue is externally synchronised by the lock; signal values increase strictly under that lock
         // (VUID-VkSubmitInfo2-semaphore-03882); the command buffer is executable, allows simultaneous use
         // (VUID-vkQueueSubmit2-commandBuffer-03875), and the caller keeps it and all it names until `value` is reached.
@@ -183,6 +188,11 @@ impl Core {
             let left = limit.saturating_sub(begin.elapsed()).min(WAIT_SLICE);
             // SAFETY: the timeline belongs to this device and is alive as long as `self`.
             match unsafe { self.raw.wait_semaphores(&info, left.as_nanos() as u64) } {
+                // A fault on request comes when the work has ended: memory that is in use could not be freed.
+                Ok(()) if fails(Step::Wait) => {
+                    self.note(vk::Result::ERROR_DEVICE_LOST);
+                    return Ok(false);
+                }
                 Ok(()) => return Ok(true),
                 Err(vk::Result::TIMEOUT) if begin.elapsed() < limit => {}
                 Err(code @ (vk::Result::TIMEOUT | vk::Result::ERROR_DEVICE_LOST)) => {

@@ -4,7 +4,7 @@ use super::buffer::refuse_oversize;
 use super::call::{failed, lock};
 use super::core::Core;
 use super::image_kind::ImageKind;
-use super::memory::Place;
+use super::memory::{Place, allocate};
 use crate::error::{Error, MemoryCause, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -94,10 +94,10 @@ impl ImageInner {
             linear: false,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
-        let allocation = lock(&self.core.allocator).allocate(&desc).map_err(|cause| Error::OutOfMemory {
+        let allocation = allocate(&self.core, &desc).map_err(|cause| Error::OutOfMemory {
             object: self.name.clone(),
             bytes: requirements.size,
-            cause: MemoryCause::ImageRefused(cause.to_string()),
+            cause: MemoryCause::ImageRefused(cause),
         })?;
         lock(&self.core.memory).add(Place::Device, allocation.size());
         let (memory, offset) = {

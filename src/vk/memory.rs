@@ -1,4 +1,9 @@
-//! Kinds of memory, and the books of how much of it is in use.
+//! Kinds of memory, where it comes from, and the books of how much of it is in use.
+
+use super::call::lock;
+use super::core::Core;
+use crate::injection::{Step, fails};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc};
 
 /// Where a buffer lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,4 +44,12 @@ impl Accounts {
         self.all.current -= bytes;
         self.device -= if place == Place::Device { bytes } else { 0 };
     }
+}
+
+/// Memory of the device; an error is the allocator's cause in words.
+pub(super) fn allocate(core: &Core, desc: &AllocationCreateDesc<'_>) -> Result<Allocation, String> {
+    if fails(Step::Allocate) {
+        return Err(gpu_allocator::AllocationError::OutOfMemory.to_string());
+    }
+    lock(&core.allocator).allocate(desc).map_err(|cause| cause.to_string())
 }

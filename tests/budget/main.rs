@@ -7,8 +7,6 @@ mod support;
 mod bombs;
 
 use std::path::Path;
-use std::sync::LazyLock;
-use std::time::Instant;
 
 use nephroid::low_level::film::film_file;
 use nephroid::low_level::picture::exr;
@@ -16,6 +14,7 @@ use nephroid::low_level::scene::{Environment, Limits};
 use peak_alloc::PeakAlloc;
 
 use self::bombs::Bomb;
+use crate::support::clock::seconds_of_work;
 use crate::support::shared;
 
 #[global_allocator]
@@ -51,15 +50,6 @@ fn within_budget(name: &str, path: &Path) -> Vec<String> {
         }
     }
     refusals
-}
-
-/// Seconds of processor time of this thread where the system tells, which other programs do not lengthen; otherwise of
-/// the clock.
-fn seconds_of_work() -> f64 {
-    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| BEGIN.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
 }
 
 fn bytes_within_budget(name: &str, bytes: &[u8]) -> Vec<String> {

@@ -5,19 +5,13 @@
 use std::io::{BufRead, BufReader, Lines};
 use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nephroid::low_level::picture::exr;
 use nephroid::low_level::picture::image::Picture;
 use serde_json::Value;
 
+use crate::support::program::turn;
 use crate::support::{device, repository};
-
-/// One program at a time: the first leaves its compiled kernels to the next, and the cores are few.
-fn turn() -> MutexGuard<'static, ()> {
-    static TURN: Mutex<()> = Mutex::new(());
-    TURN.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// The program in `folder`; `@` stands for the folder of assets, `%` for the device.
 fn command(line: &str, folder: &Path) -> Command {

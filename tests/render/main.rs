@@ -4,6 +4,7 @@
 mod support;
 
 mod estimators;
+mod faults;
 mod light;
 mod path;
 mod photon_build;

@@ -4,6 +4,7 @@
 
 pub mod affine;
 pub mod boxes;
+pub mod clock;
 pub mod device;
 pub mod fake;
 pub mod files;

@@ -2,15 +2,25 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use nephroid::low_level::picture::exr;
 use nephroid::low_level::picture::image::Picture;
 
 use super::{device, repository};
 
-/// The program, a temporary folder, and its turn: the first leaves its compiled kernels to the next, and the cores are
-/// few.
+/// The turn of a test that starts programs: two at a time, because a program is busy on one core for part of its time,
+/// and the cores are few.
+pub fn turn() -> MutexGuard<'static, ()> {
+    static TURNS: [Mutex<()>; 2] = [Mutex::new(()), Mutex::new(())];
+    match TURNS[0].try_lock() {
+        Ok(first) => first,
+        Err(TryLockError::Poisoned(first)) => first.into_inner(),
+        Err(TryLockError::WouldBlock) => TURNS[1].lock().unwrap_or_else(PoisonError::into_inner),
+    }
+}
+
+/// The program, a temporary folder, and its turn.
 pub struct Program {
     folder: tempfile::TempDir,
     _turn: MutexGuard<'static, ()>,
@@ -18,9 +28,7 @@ pub struct Program {
 
 impl Program {
     pub fn new() -> Self {
-        static TURN: Mutex<()> = Mutex::new(());
-        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        Self { folder: tempfile::tempdir().expect("a temporary folder"), _turn: turn }
+        Self { folder: tempfile::tempdir().expect("a temporary folder"), _turn: turn() }
     }
 
     pub fn folder(&self) -> &Path {

@@ -10,6 +10,7 @@ use clap::Args;
 use self::limits::Limit;
 use self::report::{Comparison, HeatMap, HeatMapOf};
 use super::console::print;
+use super::inputs::spare_inputs;
 use crate::compare::flip::{self, PIXELS_PER_DEGREE};
 use crate::compare::heat_map::{self, Scale};
 use crate::compare::metrics::{self, block_means, compare};
@@ -87,6 +88,9 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     let heat_map = args.heat_map.as_deref().map(Output::check).transpose()?;
     if heat_map.as_ref().is_some_and(|output| output.format() != Format::Png) {
         return Err(Error::Usage("the heat map must end in .png".into()));
+    }
+    if let Some(output) = &heat_map {
+        spare_inputs(&[output.destination()], &[&args.picture, &args.reference])?;
     }
     let read = |path: &PathBuf| -> Result<Picture> {
         let picture = exr::read(path)?.0;

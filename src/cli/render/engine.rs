@@ -10,6 +10,7 @@ use super::post::After;
 use super::report::{Measured, report};
 use super::request::Request;
 use super::stop_rule::{CONFIDENCE, Outcome, StopReason, StopRule};
+use crate::cli::inputs::spare_inputs;
 use crate::cli::progress::Status;
 use crate::cli::values::{Aov, Bsdf, choose_camera};
 use crate::error::Result;
@@ -24,6 +25,7 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
     let begin = Instant::now();
     let environment = request.light.environment.file();
     let scene = scene::load_with_environment(&request.scene, environment.as_ref(), &Limits::default())?;
+    spare_inputs(&request.outputs.iter().collect::<Vec<_>>(), &scene.files)?;
     for warning in &scene.warnings {
         monitor.note(warning);
     }
@@ -37,6 +39,7 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
     let mut trace = Vec::new();
     let mut checkpoints = Checkpoints::begin(&request.film, identity, &mut session, &runtime, monitor)?;
     let mut rule = StopRule::new(request.limit, request.target_error, monitor.is_shown());
+    let mut failure = None;
     let stop = loop {
         if monitor.is_stopped() {
             break StopReason::Interrupted;
@@ -46,7 +49,10 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
             break stop;
         }
         let Some(index) = checkpoints.next_pass(&session) else { break StopReason::Passes };
-        session.run_pass(index)?;
+        if let Err(error) = session.run_pass(index) {
+            failure = Some(error);
+            break StopReason::Failed;
+        }
         if request.wants_trace && trace.len() < MOST_TRACE_EVENTS {
             trace.extend(session.timings());
         }
@@ -55,9 +61,20 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
     };
     let seconds = checkpoints.seconds();
     runtime.device().check_validation()?;
-    let film = if request.film.keeps_film() { Some(checkpoints.file(&session)?) } else { None };
-    let rendered = finish((request, &after), &session, &runtime, Measured { loaded, prepared, seconds, stop, trace })?;
-    Ok(FinishedRender { film, ..rendered })
+    let measured = Measured { loaded, prepared, seconds, stop, trace };
+    let finished = || {
+        let film = if request.film.keeps_film() { Some(checkpoints.file(&session)?) } else { None };
+        Ok(FinishedRender { film, ..finish((request, &after), &session, &runtime, measured)? })
+    };
+    match failure {
+        None => finished(),
+        // The passes before it are a picture, if the device still gives them.
+        Some(failure) if session.passes().count() > 0 => match finished() {
+            Ok(rendered) => Ok(FinishedRender { failure: Some(failure), ..rendered }),
+            Err(_) => Err(failure),
+        },
+        Some(failure) => Err(failure),
+    }
 }
 
 /// Where a render stands, shown to the user; with a new estimate of its error where one is due.
@@ -143,7 +160,7 @@ fn finish(
     report["stop_reason"] = measured.stop.reason().into();
     report["error"] = outcome.report(&estimate, request.target_error);
     let trace = request.wants_trace.then(|| chrome_trace(&measured.trace));
-    Ok(FinishedRender { picture, info, notes: after.notes(), outcome, film: None, report, trace })
+    Ok(FinishedRender { picture, info, notes: after.notes(), outcome, film: None, report, trace, failure: None })
 }
 
 fn wanted_layers(mut picture: Picture, wanted: &[Aov]) -> Picture {

@@ -1,6 +1,7 @@
 //! What the renderer returns.
 
 use super::stop_rule::Outcome;
+use crate::error::Error;
 use crate::film::film_file::FilmFile;
 use crate::picture::exr::{Metadata, RenderInfo};
 use crate::picture::image::Picture;
@@ -22,4 +23,6 @@ pub struct FinishedRender {
     pub report: serde_json::Value,
     /// Content of `--trace`, if it was wanted.
     pub trace: Option<String>,
+    /// What ended the render before its time, after the passes that are in the picture.
+    pub failure: Option<Error>,
 }

@@ -1,13 +1,14 @@
 //! Flags of renders that are stopped, gone on with, and divided among machines.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::inputs::check_readable;
+use crate::cli::inputs::{check_readable, spare_film};
 use crate::cli::values;
 use crate::error::Result;
+use crate::film::film_file::read_about;
 use crate::picture::output::Destination;
 
 /// Keeping the film of a render.
@@ -39,6 +40,10 @@ pub struct FilmArgs {
         conflicts_with_all = ["passes", "time", "target_error"]
     )]
     pub pass_range: Option<Range<u64>>,
+
+    /// Write over a film (a checkpoint, a part, a merged file) that has more passes than what replaces it
+    #[arg(long, hide_short_help = true)]
+    pub force: bool,
 }
 
 /// What becomes of the film, checked.
@@ -52,6 +57,8 @@ pub struct FilmOrder {
     pub resume: Option<PathBuf>,
     /// The passes to render; `None` is all from 0 on.
     pub range: Option<Range<u64>>,
+    /// Whether films with more passes may be replaced.
+    pub force: bool,
 }
 
 impl FilmArgs {
@@ -65,7 +72,11 @@ impl FilmArgs {
         let begins = |path: &PathBuf| !path.exists() && checkpoint.as_ref().is_some_and(|c| c.is_same_file(path));
         let resume = self.resume.clone().filter(|path| !begins(path));
         resume.iter().try_for_each(|path| check_readable(path))?;
-        Ok(FilmOrder { checkpoint, interval: self.checkpoint_interval, resume, range: self.pass_range.clone() })
+        if let Some(checkpoint) = &checkpoint {
+            spare_film(checkpoint, resume.as_deref().map_or(0, passes_in), self.force)?;
+        }
+        let (interval, range, force) = (self.checkpoint_interval, self.pass_range.clone(), self.force);
+        Ok(FilmOrder { checkpoint, interval, resume, range, force })
     }
 }
 
@@ -74,6 +85,11 @@ impl FilmOrder {
     pub fn keeps_film(&self) -> bool {
         self.checkpoint.is_some() || self.range.is_some()
     }
+}
+
+/// Passes of a film; none in a file that is no film, which is refused later.
+fn passes_in(path: &Path) -> u64 {
+    read_about(path).and_then(|about| about.passes()).map_or(0, |passes| passes.count())
 }
 
 /// Parses `16..32`.
@@ -106,6 +122,7 @@ mod tests {
             checkpoint_interval: 60.0,
             resume,
             pass_range: None,
+            force: false,
         };
         assert!(args(at("a.exr"), at("a.exr")).order().expect("begins").resume.is_none());
         assert!(args(at("a.exr"), at("b.exr")).order().is_err());

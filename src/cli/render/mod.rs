@@ -24,6 +24,7 @@ use super::console::print;
 use super::interrupt;
 use super::progress::Progress;
 use crate::error::{Error, Result};
+use crate::picture::claim::Claim;
 
 /// Renders and writes the files.
 ///
@@ -40,14 +41,17 @@ fn run_with(
     stop: &AtomicBool,
     renderer: impl FnOnce(&Request, &mut Monitor) -> Result<FinishedRender>,
 ) -> Result<()> {
-    let request = Request::new(args)?;
+    let mut request = Request::new(args)?;
     let files = check_files(args, &request.film)?;
+    request.outputs.extend(files.destinations().cloned());
+    let _claim = request.film.checkpoint.as_ref().map(Claim::of).transpose()?;
     let mut monitor = Monitor { stop, progress: Progress::new(request.limit, args.output.quiet) };
     let rendered = renderer(&request, &mut monitor);
     monitor.progress.finish();
-    let rendered = rendered?;
+    let mut rendered = rendered?;
     write_files((&files, &request.film), &rendered, args)?;
     print(&last_line(&files, &rendered))?;
+    rendered.failure.take().map_or(Ok(()), Err)?;
     if monitor.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
@@ -92,7 +96,8 @@ mod tests {
         let info = RenderInfo { passes, seconds: 1.5, ..RenderInfo::default() };
         let report = serde_json::json!({ "passes": passes });
         let outcome = Outcome { error: Some(0.0123), stop: StopReason::Time };
-        FinishedRender { picture, info, notes: Metadata::new(), outcome, film: None, report, trace: Some("[]".into()) }
+        let trace = Some("[]".into());
+        FinishedRender { picture, info, notes: Metadata::new(), outcome, film: None, report, trace, failure: None }
     }
 
     fn names_in(folder: &tempfile::TempDir) -> Vec<String> {
@@ -179,6 +184,73 @@ mod tests {
         });
         assert_eq!(result.expect_err("no device").exit_code(), 3);
         assert_eq!(names_in(&folder), ["a.glb"]);
+    }
+
+    /// Whatever step of writing fails: the other files are there and whole, nothing is left behind, and the error names
+    /// the file. A fault before the render is an error before the render.
+    #[test]
+    fn one_failed_step_takes_one_file_along() {
+        use crate::injection::{Step, arm, disarm};
+        let line = "-q -o @/a.exr -o @/a.png --report @/report.json --trace @/trace.json";
+        let whole = ["a.exr", "a.glb", "a.png", "report.json", "trace.json"];
+        let mut faults = 0;
+        for step in [Step::Create, Step::Write, Step::Sync, Step::Rename] {
+            for before in 0.. {
+                let folder = folder();
+                let args = args(&folder, line);
+                let mut has_rendered = false;
+                arm(step, before);
+                let result = run_with(&args, &AtomicBool::new(false), |_, _| {
+                    has_rendered = true;
+                    Ok(rendered(3))
+                });
+                if !disarm() {
+                    result.expect("no fault came");
+                    assert_eq!(names_in(&folder), whole);
+                    break;
+                }
+                faults += 1;
+                let error = result.expect_err("the fault is told");
+                assert!(
+                    matches!(&error, Error::Io { .. }) && error.to_string().contains("fault on request"),
+                    "{error}"
+                );
+                let lost = if has_rendered { 1 } else { whole.len() - 1 };
+                let names = names_in(&folder);
+                assert_eq!(names.len(), whole.len() - lost, "{step:?} {before}: {names:?}, {error}");
+                assert!(names.iter().all(|name| whole.contains(&name.as_str())), "{names:?}");
+                if names.contains(&"a.exr".to_owned()) {
+                    assert_eq!(exr::read(&folder.path().join("a.exr")).expect("whole").0, rendered(3).picture);
+                }
+            }
+        }
+        assert!(faults >= 4 * 4, "{faults}");
+    }
+
+    #[test]
+    fn a_picture_without_a_place_goes_elsewhere() {
+        let folder = folder();
+        let args = args(&folder, "-q -o @/sub/a.exr --report @/report.json");
+        fs::create_dir(folder.path().join("sub")).expect("created");
+        let result = run_with(&args, &AtomicBool::new(false), |_, _| {
+            fs::remove_dir(folder.path().join("sub")).expect("removed");
+            Ok(rendered(3))
+        });
+        assert!(matches!(result, Err(Error::Io { action: "create", .. })));
+        let rescued = std::env::current_dir().expect("a folder").join(format!("a-rescued-{}.exr", std::process::id()));
+        assert_eq!(exr::read(&rescued).expect("a picture").0, rendered(3).picture);
+        fs::remove_file(rescued).expect("removed");
+        assert_eq!(names_in(&folder), ["a.glb", "report.json"]);
+    }
+
+    #[test]
+    fn passes_before_a_failure_are_written() {
+        let folder = folder();
+        let result = run_with(&args(&folder, "-q -o @/a.exr"), &AtomicBool::new(false), |_, _| {
+            Ok(FinishedRender { failure: Some(Error::NoDevice("gone".into())), ..rendered(2) })
+        });
+        assert!(matches!(result, Err(Error::NoDevice(_))));
+        assert_eq!(names_in(&folder), ["a.exr", "a.glb"]);
     }
 
     #[test]

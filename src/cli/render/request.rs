@@ -11,6 +11,7 @@ use crate::cli::inputs::check_readable;
 use crate::cli::progress::Limit;
 use crate::cli::values::Aov;
 use crate::error::Result;
+use crate::picture::output::Destination;
 
 /// Rendering time where neither passes nor time nor error are given, in seconds.
 const DEFAULT_SECONDS: f64 = 30.0;
@@ -38,6 +39,8 @@ pub struct Request {
     pub target_error: Option<f64>,
     /// What is kept to go on with; its files can be read and written.
     pub film: FilmOrder,
+    /// Every file that is going to be written.
+    pub outputs: Vec<Destination>,
     /// Device and validation.
     pub device: DeviceArgs,
     /// Whether a trace is wanted.
@@ -70,6 +73,7 @@ impl Request {
             seed,
             limit: Limit { passes, seconds },
             target_error,
+            outputs: film.checkpoint.iter().cloned().collect(),
             film,
             device: args.device.clone(),
             wants_trace: args.output.trace.is_some(),

@@ -27,6 +27,8 @@ pub enum StopReason {
     Passes,
     /// The user interrupted it.
     Interrupted,
+    /// A pass failed.
+    Failed,
 }
 
 impl StopReason {
@@ -37,6 +39,7 @@ impl StopReason {
             Self::Time => "time",
             Self::Passes => "passes",
             Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
         }
     }
 
@@ -47,6 +50,7 @@ impl StopReason {
             Self::Time => "stopped by time",
             Self::Passes => "stopped by passes",
             Self::Interrupted => "interrupted",
+            Self::Failed => "ended by a pass that failed",
         }
     }
 }

@@ -95,7 +95,7 @@ fn footprint_as_text(footprint: Footprint) -> String {
 /// SHA-256 of everything in a scene that can be seen or shines.
 fn scene_hash(scene: &Scene) -> String {
     // Names, warnings and counts of what was left out are not part of the picture.
-    let Scene { path: _, meshes, instances, materials, images, textures, lights, .. } = scene;
+    let Scene { path: _, files: _, meshes, instances, materials, images, textures, lights, .. } = scene;
     let Scene { environment, cameras, warnings: _, skipped: _, .. } = scene;
     let mut hash = Sha256::new();
     // Lengths stand before contents, so that no two scenes give the same bytes.

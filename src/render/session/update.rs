@@ -133,11 +133,13 @@ impl Session {
 
     /// Chooses how many photons a leaf of their tree holds, if it is stale and nobody said it; true if it is another.
     fn choose_leaf(&mut self) -> Result<bool> {
-        if !std::mem::take(&mut self.stale_leaf) || !self.automatic_leaf {
+        if !self.stale_leaf || !self.automatic_leaf {
+            self.stale_leaf = false;
             return Ok(false);
         }
         let former = self.settings.leaf_photons;
         self.settings.leaf_photons = leaf_size::chosen(&self.runtime, self.content())?;
+        self.stale_leaf = false;
         Ok(former != self.settings.leaf_photons)
     }
 
@@ -145,9 +147,9 @@ impl Session {
     /// that the host builds.
     ///
     /// # Errors
-    /// Those of the device.
+    /// Those of the device; the next call tries again.
     pub fn prepare(&mut self) -> Result<()> {
-        if std::mem::take(&mut self.stale_film) {
+        if self.stale_film {
             for band in &self.state.bands {
                 self.runtime.clear(&band.film)?;
                 if self.settings.layers {
@@ -155,9 +157,14 @@ impl Session {
                 }
             }
             self.runtime.clear(&self.state.rejected)?;
+            self.stale_film = false;
         }
+        let former = self.settings.leaf_photons;
         if self.choose_leaf()? {
-            self.recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state)?;
+            let recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state);
+            self.recording = recording.inspect_err(|_| {
+                (self.settings.leaf_photons, self.stale_leaf) = (former, true);
+            })?;
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ mod mesh;
 mod nodes;
 mod resolve;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use self::document::Document;
 use self::material::Converter;
@@ -157,6 +157,7 @@ pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>,
     let mut scene = read(path, limits)?;
     if let Some(file) = environment {
         let (map, warnings) = file.load(limits)?;
+        scene.files.push(file.path.clone());
         scene.environment = Some(map);
         scene.warnings.extend(warnings);
     }
@@ -187,6 +188,7 @@ fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Scene> {
         lights: lights::lights(root, &hierarchy.placed, &mut notes)?,
         cameras: lights::cameras(root, &hierarchy.placed, &mut notes)?,
         materials,
+        files: named_files(root, folder),
         ..Scene::default()
     };
     mesh::MeshReader::new(&document, limits, &used).add_all(&hierarchy, &mut scene, &mut notes)?;
@@ -199,6 +201,16 @@ fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Scene> {
     count_skipped(&scene, &mut notes);
     scene.warnings = notes.finish(limits)?;
     Ok(scene)
+}
+
+/// The files of buffers and images, also of those that no part of the scene uses.
+fn named_files(root: &gltf::json::Root, folder: &Folder) -> Vec<PathBuf> {
+    let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    let images = root.images.iter().filter_map(|image| image.uri.as_deref());
+    let mut files: Vec<PathBuf> = buffers.chain(images).filter_map(|uri| folder.file_of(uri)).collect();
+    files.sort_unstable();
+    files.dedup();
+    files
 }
 
 /// The materials in use, never none, and the textures they use (indices of the file).

@@ -39,7 +39,18 @@ impl Folder {
         }
     }
 
+    /// The file that a URI names, if it names one of this folder that exists.
+    pub fn file_of(&self, uri: &str) -> Option<PathBuf> {
+        if scheme(uri).is_some() { None } else { self.find(uri).ok() }
+    }
+
     fn file(&self, uri: &str) -> Outcome<Vec<u8>> {
+        let path = self.find(uri)?;
+        read_limited(&path, self.max_bytes).map_err(|cause| format!("file '{}' {cause}", clip(uri)))
+    }
+
+    /// The canonical path of a file in this folder.
+    fn find(&self, uri: &str) -> Outcome<PathBuf> {
         let name = percent_decode(uri)?;
         let name = String::from_utf8(name).map_err(|_| format!("file name '{}' is not UTF-8", clip(uri)))?;
         if name.is_empty() || name.contains(['\0', '\\']) {
@@ -54,7 +65,7 @@ impl Folder {
         if !path.starts_with(&self.root) {
             return Err(format!("'{}' leads outside the scene's folder", clip(&name)));
         }
-        read_limited(&path, self.max_bytes).map_err(|cause| format!("file '{}' {cause}", clip(&name)))
+        Ok(path)
     }
 }
 

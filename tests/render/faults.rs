@@ -1,0 +1,95 @@
+//! What becomes of a render whose device fails: an error of the right kind, nothing leaked, and passes that are kept.
+
+use std::sync::Arc;
+
+use nephroid::low_level::injection::{Step, arm, disarm};
+use nephroid::low_level::vk::Device;
+use nephroid::{Error, Film, Result, Session, Settings};
+
+use crate::support::device;
+use crate::support::lab::{asset, settings};
+
+fn small() -> Settings {
+    Settings { layers: true, ..settings(8, 6, 500) }
+}
+
+/// Set-up, two passes, and the film of them.
+fn render(device: &Arc<Device>) -> Result<Film> {
+    let mut session = Session::new(device, asset("cornell-glass"), small())?;
+    session.run_pass(0)?;
+    session.run_pass(1)?;
+    session.film()
+}
+
+/// Numbers of the faults to try: all of the first, then fewer and fewer.
+fn numbers() -> impl Iterator<Item = u64> {
+    std::iter::successors(Some(0_u64), |n| Some(n + 1 + n / 8))
+}
+
+#[test]
+fn every_allocation_may_fail() {
+    let device = device::open();
+    let expected = render(&device).expect("no fault");
+    let before = device.memory().current;
+    let mut faults = 0;
+    for number in numbers() {
+        arm(Step::Allocate, number);
+        let result = render(&device);
+        if !disarm() {
+            assert!(result.expect("no fault came") == expected, "another film");
+            break;
+        }
+        let error = result.expect_err("the fault is told");
+        assert!(matches!(error, Error::OutOfMemory { .. }) && error.exit_code() == 4, "{error}");
+        assert_eq!(device.memory().current, before, "fault {number} leaks");
+        faults += 1;
+    }
+    assert!(faults > 20, "{faults}");
+    // The device is as good as before.
+    assert!(render(&device).expect("no fault") == expected, "another film");
+    device.check_validation().expect("no message");
+}
+
+#[test]
+fn the_device_may_be_lost_at_any_time() {
+    for step in [Step::Submit, Step::Wait] {
+        let mut faults = 0;
+        for number in numbers() {
+            let device = Device::open(&device::validated()).expect("a device");
+            let log = device.validation_log();
+            arm(step, number);
+            let result = render(&device);
+            if !disarm() {
+                result.expect("no fault came");
+                break;
+            }
+            let error = result.expect_err("the fault is told");
+            assert!(matches!(error, Error::DeviceLost { .. }) && error.exit_code() == 4, "{error}");
+            // A device that goes tells what it still holds.
+            drop(device);
+            log.check().expect("no message");
+            faults += 1;
+        }
+        assert!(faults > 2, "{step:?}: {faults}");
+    }
+}
+
+/// A pass that finds no memory leaves the film as it was, and can be tried again.
+#[test]
+fn a_pass_that_fails_leaves_the_film() {
+    let device = device::open();
+    let expected = render(&device).expect("no fault");
+    let mut session = Session::new(&device, asset("cornell-glass"), small()).expect("a session");
+    session.run_pass(0).expect("a pass");
+    let film = session.film().expect("a film");
+    session.reset();
+    arm(Step::Allocate, 0);
+    let result = session.run_pass(0);
+    if disarm() {
+        assert!(matches!(result, Err(Error::OutOfMemory { .. })));
+        session.run_pass(0).expect("memory is there again");
+    }
+    assert!(session.film().expect("a film") == film, "another film");
+    session.run_pass(1).expect("a pass");
+    assert!(session.film().expect("a film") == expected, "another film");
+}
