@@ -44,7 +44,7 @@ impl Step {
 
 #[cfg(debug_assertions)]
 mod armed {
-    use super::Step;
+    use crate::injection::Step;
     use std::cell::Cell;
     use std::sync::LazyLock;
     use std::sync::atomic::{AtomicU64, Ordering};

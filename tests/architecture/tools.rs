@@ -293,12 +293,15 @@ fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
             "tests",
             "kernels, subgroups of 4",
             "kernels, subgroups of 16",
+            "damaged files, two minutes",
             "examples",
         ],
         "{text}"
     );
     // No module was built here.
     assert!(text.contains("FAILED: spirv-val"), "{text}");
+    let (code, text) = machine.test(&[], &CARGO.replace("case \"$*\" in", "case \"$*\" in\n    *fuzz*) exit 7 ;;"));
+    assert!(code == Some(1) && text.contains("FAILED: damaged files, two minutes"), "{text}");
     let (code, text) = machine.test(&[], &CARGO.replace("echo picture >", "echo "));
     assert!(code == Some(1) && text.contains("FAILED: examples"), "an example that draws nothing: {text}");
 }
@@ -308,11 +311,11 @@ fn the_tests_explain_their_arguments() {
     let machine = Machine::debian(1000, &[]);
     for help in ["--help", "-h", "help"] {
         let (code, text) = machine.test(&[help], "exit 1");
-        assert!(code == Some(0) && text.starts_with("usage: tools/test [quick]\n"), "{text}");
+        assert!(code == Some(0) && text.starts_with("usage: tools/test [quick | deep]\n"), "{text}");
     }
     for wrong in [&["fast"][..], &["quick", "all"], &[""]] {
         let (code, text) = machine.test(wrong, "exit 1");
         assert!(code == Some(2) && text.starts_with("tools/test: cannot understand: "), "{text}");
-        assert!(text.contains("usage: tools/test [quick]\n"), "{text}");
+        assert!(text.contains("usage: tools/test [quick | deep]\n"), "{text}");
     }
 }

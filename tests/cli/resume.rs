@@ -149,7 +149,7 @@ fn what_does_not_belong_together_is_refused() {
 /// Kills the process again and again, with no chance to clean up, at moments that fall into set-up, passes and writes.
 #[test]
 fn kill_9_at_any_moment_loses_no_more_than_the_work_since_the_last_checkpoint() {
-    const PASSES: u64 = 150;
+    const PASSES: u64 = 80;
     let program = Program::new();
     let line = format!("render {SMALL} --passes {PASSES}").replace("24x16", "16x12").replace("4000", "1000");
     program.succeeds(&format!("{line} -o one.exr --checkpoint one.film"));
@@ -160,7 +160,7 @@ fn kill_9_at_any_moment_loses_no_more_than_the_work_since_the_last_checkpoint() 
         assert!(attempt < 60, "it never gets to its end");
         let mut child = program.command(&line).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
         let fraction = (f64::from(attempt) * 0.618_034).fract();
-        let delay = Duration::from_secs_f64(0.3 + 0.15 * f64::from(attempt) * fraction);
+        let delay = Duration::from_secs_f64(0.3 + 0.3 * f64::from(attempt) * fraction);
         let begin = std::time::Instant::now();
         let ended = loop {
             if let Some(status) = child.try_wait().expect("a child") {

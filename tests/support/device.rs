@@ -28,8 +28,8 @@ pub fn open() -> Arc<Device> {
     Device::open(&validated()).expect("a device with validation layers")
 }
 
-/// A device for the tests of this program that expect no message; one test at a time uses it. There are two: a test that
-/// computes on the host leaves a software device idle.
+/// A device for the tests of this program that expect no message; one test at a time uses it. There are two: a test
+/// that computes on the host leaves a software device idle.
 pub fn runtime() -> MutexGuard<'static, Runtime> {
     fn open() -> Mutex<Runtime> {
         let validate = std::env::var("NEPHROID_VALIDATE").map_or(true, |value| value != "0");
