@@ -1,6 +1,6 @@
 //! What the rooms of tests share. A room is a folder of `tests/` and becomes one program; each has this module.
 
-#![allow(dead_code)] // each room uses a part
+#![allow(dead_code, unused_imports)] // each room uses a part
 
 pub mod affine;
 pub mod boxes;
