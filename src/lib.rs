@@ -90,7 +90,7 @@ pub use film::accumulate::Film;
 pub use picture::image::{Layer, Picture};
 pub use render::{Change, Changes, Estimator, Lens, Method, Session, Settings, Statistics, Step, Steps, Updated};
 pub use scene::{
-    Camera, CameraId, Environment, Image, Instance, InstanceId, Light, LightId, Material, MaterialId, Mesh, MeshId,
-    Projection, Scene, Texture, TextureRef, Transform, Wrap,
+    Alpha, Camera, CameraId, Environment, Image, Instance, InstanceId, Light, LightId, Material, MaterialId, Mesh,
+    MeshId, Projection, Scene, Texture, TextureRef, Transform, Wrap,
 };
 pub use vk::{Device, DeviceInfo, DeviceOptions, devices};

@@ -26,7 +26,7 @@ struct Surface {
     float ior;
     vec3 emission;
     vec3 absorption;
-    float opacity;    // 0 where an alpha mask cuts the surface away
+    float opacity;    // share of the surface that is there: 0 where an alpha mask cuts it away, alpha with blending
     vec3 e1;          // edges of the triangle
     vec3 e2;
 };

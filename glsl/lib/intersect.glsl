@@ -119,6 +119,20 @@ float largest(vec3 v) {
     return max(v.x, max(v.y, v.z));
 }
 
+// Unit normal of a triangle of any size: edges are first brought to unit size.
+vec3 triangle_normal(vec3 e1, vec3 e2) {
+    float unit = 1.0 / largest(max(abs(e1), abs(e2)));
+    vec3 n = cross(e1 * unit, e2 * unit);
+    float size = largest(abs(n));
+    if (size == 0.0) { // a needle whose normal is lost in rounding: any that is perpendicular
+        vec3 along = e1 * unit;
+        n = abs(along.x) > abs(along.z) ? vec3(-along.y, along.x, 0.0) : vec3(0.0, -along.z, along.y);
+        size = largest(abs(n));
+        if (size == 0.0) return vec3(0.0, 0.0, 1.0);
+    }
+    return normalize(n / size);
+}
+
 // The interpolated point with barycentrics `b` (of v1, v2), in the form whose error offset_point bounds.
 vec3 triangle_point(vec3 v0, vec3 e1, vec3 e2, vec2 b) {
     precise vec3 p = v0 + (b.x * e1 + b.y * e2);

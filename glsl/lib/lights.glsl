@@ -19,20 +19,30 @@ float spot_falloff(Light l, float cosine) {
     return t * t;
 }
 
+// Barycentrics of the second and third corner of a point of a lamp, uniform for a uniform `u`. The order of these
+// corners does not matter: a lamp that is turned over is sampled alike.
+vec2 lamp_point(BvhTriangle corners, vec2 u) {
+    vec2 b = uniform_triangle(u);
+    vec3 edge = corners.v2.xyz - corners.v1.xyz;
+    float first = edge.x != 0.0 ? edge.x : (edge.y != 0.0 ? edge.y : edge.z);
+    return first < 0.0 ? b.yx : b;
+}
+
 struct LightSample {
     vec3 to_light;  // unit
     vec3 target;    // point on the light; for parallel light a point outside of the scene
     vec3 weight;    // radiance over density per solid angle, or the limit of that for delta lights
     bool delta;     // cannot be hit by a followed path
+    bool far;       // comes from infinity
     float density;  // of to_light per solid angle, the choice of the light included; 0 for delta lights
 };
 
 LightSample sample_light(uint index, vec3 position, vec2 u) {
     Light l = lights[index];
-    LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true, 0.0);
+    LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true, false, 0.0);
     if (AREA_LIGHTS && l.kind == LIGHT_TRIANGLE) {
         BvhTriangle corners = triangles[l.triangle];
-        vec2 b = uniform_triangle(u);
+        vec2 b = lamp_point(corners, u);
         vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
         vec3 p = triangle_point(corners.v0.xyz, e1, e2, b);
         vec3 normal = triangle_normal(e1, e2);
@@ -40,6 +50,7 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         float distance = length(offset);
         s.to_light = offset / distance;
         float cosine = -dot(normal, s.to_light);
+        cosine = emits_from_back(l.triangle) ? abs(cosine) : cosine;
         // On the light's own error bound towards the receiver, so that the shadow ray ends before the light.
         s.target = offset_point(p, e1, e2, -s.to_light);
         float share = cosine * (l.area / distance) / (distance * l.probability);
@@ -53,10 +64,12 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         s.weight = pdf > 0.0 ? radiance / (pdf * l.probability) : vec3(0.0);
         s.density = pdf * l.probability;
         s.delta = false;
+        s.far = true;
     } else if (DELTA_LIGHTS && l.kind == LIGHT_DIRECTIONAL) {
         s.to_light = -l.direction;
         s.target = position + s.to_light * (4.0 * globals[0].radius);
         s.weight = l.emission / l.probability;
+        s.far = true;
     } else if (DELTA_LIGHTS) {
         vec3 offset = l.position - position;
         float distance = length(offset);

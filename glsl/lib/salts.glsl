@@ -17,6 +17,10 @@ const uint SALT_EYE_FACET_V = 0x7feb352du;
 const uint SALT_EYE_CHOICE = 0x3c6ef372u;   // which continuation, where there is no room for all
 const uint SALT_EYE_ROULETTE = 0x9e3779b9u; // whether a faint path goes on
 
+// Whether a path meets what is there in part (alpha blending); mixed into the key of an eye path, or into the seed of a
+// photon at a surface, or into the key of a shadow ray.
+const uint SALT_COVERAGE = 0xc2b2ae35u;
+
 // Sequences that are keyed by pixel or slot, so that they are independent of the camera's and of each other.
 const uint SALT_DIRECT_LIGHT = 0x5bd1e995u; // light samples
 const uint SALT_PATH_TRACING = 0x85ebca6bu; // gathered lobes of path tracing

@@ -22,20 +22,6 @@ vec3 unit_or(vec3 v, vec3 fallback) {
     return n > 1e-12 ? v * inversesqrt(n) : fallback;
 }
 
-// Unit normal of a triangle of any size: edges are first brought to unit size.
-vec3 triangle_normal(vec3 e1, vec3 e2) {
-    float unit = 1.0 / max_component(max(abs(e1), abs(e2)));
-    vec3 n = cross(e1 * unit, e2 * unit);
-    float size = max_component(abs(n));
-    if (size == 0.0) { // a needle whose normal is lost in rounding: any that is perpendicular
-        vec3 along = e1 * unit;
-        n = abs(along.x) > abs(along.z) ? vec3(-along.y, along.x, 0.0) : vec3(0.0, -along.z, along.y);
-        size = max_component(abs(n));
-        if (size == 0.0) return vec3(0.0, 0.0, 1.0);
-    }
-    return normalize(n / size);
-}
-
 vec2 interpolate_uv0(uint at, vec3 b) {
     if (UV0_AT == 0u) return vec2(0.0);
     vec3 u = vec3(shading_data[at].w, shading_data[at + 1u].w, shading_data[at + 2u].w);
@@ -69,23 +55,43 @@ uint shading_at(BvhTriangle triangle) {
     return floatBitsToUint(triangle.v0.w) * SHADING_STRIDE;
 }
 
-// Whether an alpha mask leaves the triangle in place at this point.
-bool alpha_accepts(uint triangle, vec2 barycentrics) {
-    if (!ALPHA_MASK) return true;
+// The share of a surface with this alpha that is there: all or nothing with a mask (glTF 2.0, section 3.9.4).
+float coverage_of(Material m, float alpha) {
+    if (!ALPHA_MASK) return 1.0;
+    if ((m.flags & MATERIAL_BLEND) != 0u) return clamp(alpha, 0.0, 1.0);
+    return m.alpha_cutoff >= 0.0 && alpha < m.alpha_cutoff ? 0.0 : 1.0;
+}
+
+// The share of a triangle that is there at this point.
+float coverage_at(uint triangle, vec2 barycentrics) {
+    if (!ALPHA_MASK) return 1.0;
     Material m = materials[floatBitsToUint(triangles[triangle].v2.w)];
-    if (m.alpha_cutoff < 0.0) return true;
+    if (m.alpha_cutoff < 0.0 && (m.flags & MATERIAL_BLEND) == 0u) return 1.0;
     uint at = shading_at(triangles[triangle]);
     vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
     float alpha = m.base_alpha * interpolate_color(at, b).a;
     vec4 texel = texture_or_one(m.base_color_texture, interpolate_uv0(at, b), interpolate_uv1(at, b));
-    return alpha * texel.a >= m.alpha_cutoff;
+    return coverage_of(m, alpha * texel.a);
 }
 
-// Emitted radiance of the front side at a point of a triangle.
+// Names the ray that is traced, in the choices whether it meets what is there in part.
+uint coverage_key = 0u;
+
+// Whether the ray meets the triangle at this point: by chance, with the share that is there.
+bool is_covered(uint triangle, vec2 barycentrics) {
+    float share = coverage_at(triangle, barycentrics);
+    return share >= 1.0 || unit_float(hash2(coverage_key, triangle)) < share;
+}
+
+// Whether a triangle emits from its back, too.
+bool emits_from_back(uint triangle) {
+    return (materials[floatBitsToUint(triangles[triangle].v2.w)].flags & MATERIAL_TWO_SIDED) != 0u;
+}
+
+// Emitted radiance of a side that emits, at a point of a triangle; the mean over what is there and what is not.
 vec3 emission_at(uint triangle, vec2 barycentric) {
     uint m = floatBitsToUint(triangles[triangle].v2.w);
-    if (!alpha_accepts(triangle, barycentric)) return vec3(0.0);
-    vec3 emission = materials[m].emissive;
+    vec3 emission = materials[m].emissive * coverage_at(triangle, barycentric);
     if (TEXTURES && materials[m].emissive_texture != NO_TEXTURE) {
         uint at = shading_at(triangles[triangle]);
         vec3 b = vec3(1.0 - barycentric.x - barycentric.y, barycentric);
@@ -138,13 +144,14 @@ void apply_normal_map(inout Surface s, Material m, uint at, vec3 b, vec3 map) {
 void apply_material(inout Surface s, Material m, vec4 color, MaterialTexels x) {
     vec4 base = vec4(m.base_color, m.base_alpha) * color * x.base;
     base.rgb = clamp(base.rgb, 0.0, 1.0);
-    s.opacity = ALPHA_MASK && m.alpha_cutoff >= 0.0 && base.a < m.alpha_cutoff ? 0.0 : 1.0;
+    s.opacity = coverage_of(m, base.a);
     s.flags = m.flags;
     if ((m.flags & MATERIAL_UNLIT) != 0u) {
         s.emission = base.rgb;
         return;
     }
-    s.emission = s.front ? m.emissive * x.emissive.rgb : vec3(0.0);
+    bool emits = s.front || (m.flags & MATERIAL_TWO_SIDED) != 0u;
+    s.emission = emits ? m.emissive * x.emissive.rgb : vec3(0.0);
     if (!GLOSSY) {
         s.diffuse = base.rgb * (1.0 - m.metallic);
         return;

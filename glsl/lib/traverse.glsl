@@ -2,8 +2,9 @@
 //
 // The including kernel declares, before the include, with glsl/shared/bvh.glsl:
 //   readonly buffer of BvhNode named `nodes`, readonly buffer of BvhTriangle named `triangles`
-// and may define TRACE_ACCEPT(triangle, barycentrics), a bool expression called for triangles that are flagged
-// BVH_ALPHA_MASKED; where it is false, the ray goes on. Without it every triangle stops rays.
+// and may define TRACE_ACCEPT(triangle, barycentrics), a bool expression called for triangles with one of the flags
+// TRACE_FLAGS (BVH_ALPHA_MASKED unless it is defined, too); where it is false, the ray goes on. Without it every
+// triangle stops rays.
 #include "lib/hit.glsl"
 #include "lib/intersect.glsl"
 
@@ -30,9 +31,13 @@ RayFrame trace_frame(vec3 origin, vec3 direction, out uint start) {
     return ray_frame(origin, direction, low, high);
 }
 
+#ifndef TRACE_FLAGS
+#define TRACE_FLAGS BVH_ALPHA_MASKED
+#endif
+
 bool trace_accepts(BvhTriangle triangle, uint index, vec2 barycentrics) {
 #ifdef TRACE_ACCEPT
-    return (floatBitsToUint(triangle.v1.w) & BVH_ALPHA_MASKED) == 0u || TRACE_ACCEPT(index, barycentrics);
+    return (floatBitsToUint(triangle.v1.w) & (TRACE_FLAGS)) == 0u || TRACE_ACCEPT(index, barycentrics);
 #else
     return true;
 #endif

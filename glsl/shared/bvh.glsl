@@ -15,7 +15,7 @@ struct BvhNode {
 // A triangle, stored in leaf order.
 struct BvhTriangle {
     vec4 v0; // w: id of the triangle in the scene, whatever its place in the tree
-    vec4 v1; // w: flags, BVH_ALPHA_MASKED
+    vec4 v1; // w: flags, BVH_ALPHA_MASKED and BVH_ONE_SIDED
     vec4 v2; // w: material index
 };
 
@@ -30,8 +30,10 @@ const uint BVH_COUNT_MASK = 0x78000000u; // Number of items of a leaf, less one.
 // Deepest path from the root to a leaf, in edges, that a builder may make: the traversal stack has room for it.
 const uint BVH_MAX_DEPTH = 62u;
 
-// BvhTriangle.v1.w: the material has an alpha mask, so a hit counts only where the mask says so.
+// BvhTriangle.v1.w: the material has an alpha mask or blends, so a hit counts only where something is there.
 const uint BVH_ALPHA_MASKED = 1u;
+// BvhTriangle.v1.w: the camera looks through the back.
+const uint BVH_ONE_SIDED = 2u;
 
 // Hit.triangle where nothing was hit.
 const uint BVH_MISS = 0xffffffffu;

@@ -5,6 +5,7 @@
 
 // State bits of a photon or an eye path.
 const uint PATH_MEDIUM_MASK = 0xffffu; // Material index + 1 of the medium around it, 0 outside.
+const uint MEDIUM_UNKNOWN = PATH_MEDIUM_MASK; // In place of a medium: trace_medium.comp finds out.
 const uint PATH_DEPTH_SHIFT = 16u; // Lowest bit of the number of surfaces met.
 const uint PATH_DEPTH_MASK = 0xffu; // After the shift.
 const uint PATH_DIFFUSE = 1u << 24;    // Met a diffuse or rough glossy surface.
@@ -29,9 +30,9 @@ const float UNFINISHED = -1.0;
 // Photons on surfaces that turn away by more than this are another surface's: it keeps light out of corners.
 const float SAME_SURFACE = 0.3;
 
-// A material beyond the bits is not remembered: the back of its boundary still names it (see `leaving`).
+// A material beyond the bits is not remembered: the back of its boundary still names it (lib/medium.glsl).
 uint path_medium(uint material) {
-    return material < PATH_MEDIUM_MASK ? material + 1u : 0u;
+    return material + 1u < PATH_MEDIUM_MASK ? material + 1u : 0u;
 }
 
 // Stored photon, 64 bytes: four vec4 loads in the gather.
@@ -40,7 +41,7 @@ uint path_medium(uint material) {
 // Dual vectors measure an offset in units of the footprint's semiaxes.
 //
 // A light vertex, which is connected to the camera, is a photon without a footprint:
-//   a: hit (lib/hit.glsl)    b: as above    c: zero    d: zero and class
+//   a: hit (lib/hit.glsl)    b: as above    c: medium, zero    d: zero and class
 // The class is in the sign of the last word: negative for caustic light.
 struct Photon {
     uvec4 a;

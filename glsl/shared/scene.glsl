@@ -2,12 +2,14 @@
 
 const uint MATERIAL_VOLUME = 1u; // The surface encloses a medium.
 const uint MATERIAL_UNLIT = 2u;  // Shows its colour and takes no light.
+const uint MATERIAL_BLEND = 4u;  // Alpha is the share of the surface that is there.
+const uint MATERIAL_TWO_SIDED = 8u; // Emits from its back, too.
 const uint NO_TEXTURE = 0xffffffffu; // In place of an index of TextureUse.
 
 struct Material {
     vec3 base_color;
     float base_alpha;
-    vec3 emissive;        // radiance of the front side
+    vec3 emissive;        // radiance of the front side, and of the back where MATERIAL_TWO_SIDED
     float metallic;
     vec3 specular_color;
     float specular;
@@ -24,7 +26,7 @@ struct Material {
     uint emissive_texture;
     uint transmission_texture;
     uint specular_texture;
-    float light_density;  // probability per area with which a point of the front is chosen as a light's; 0: no light
+    float light_density;  // probability per area with which a point is chosen as a light's; 0: no light
 };
 
 const uint WRAP_REPEAT = 0u; // The texture repeats.
@@ -48,7 +50,7 @@ struct TextureUse {
 const uint LIGHT_POINT = 0u; // From a point in all directions.
 const uint LIGHT_SPOT = 1u; // From a point into a cone.
 const uint LIGHT_DIRECTIONAL = 2u; // Parallel light.
-const uint LIGHT_TRIANGLE = 3u; // The front of an emissive triangle.
+const uint LIGHT_TRIANGLE = 3u; // An emissive triangle.
 const uint LIGHT_ENVIRONMENT = 4u; // Light from infinity, by direction.
 
 struct Light {

@@ -1,6 +1,7 @@
 //! What a user of the program can do about an error. The library names causes and settings; flags are known only here.
 
 use crate::error::{Error, MemoryCause};
+use crate::scene::frame::MAP_HELPS;
 
 /// Settings by their fields, and the flags that set them.
 pub(super) const FLAGS: &[(&str, &str)] = &[
@@ -65,6 +66,11 @@ fn advice(error: &Error) -> Option<String> {
     }
 }
 
+/// A warning about a scene, with the flag that helps, if one does.
+pub(super) fn warning(text: &str) -> String {
+    if text.ends_with(MAP_HELPS) { format!("{text} (--environment FILE)") } else { text.to_owned() }
+}
+
 fn memory_advice(cause: &MemoryCause) -> Option<String> {
     match cause {
         MemoryCause::BufferTooLong { .. } | MemoryCause::DeviceFull { .. } | MemoryCause::BufferRefused(_) => {
@@ -111,6 +117,12 @@ mod tests {
         let part = MemoryCause::SceneTooLarge { part: "textures".into(), longest: 8 };
         assert!(told(part).ends_with("; reduce the scene's textures"));
         assert!(told(MemoryCause::TooManyElements).ends_with(" 2^32 - 1 elements"));
+    }
+
+    #[test]
+    fn dark_scenes_come_with_the_flag_for_light() {
+        assert_eq!(warning("no light here"), "no light here");
+        assert!(warning(MAP_HELPS).ends_with("--environment FILE)"));
     }
 
     #[test]

@@ -7,11 +7,14 @@
 pub use super::generated::View;
 use super::generated::{
     DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade,
-    EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceList, TraceListBindings,
+    EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceCamera, TraceCameraBindings, TraceList,
+    TraceListBindings, TraceMedium, TraceMediumBindings,
 };
 use super::scene_data::Variant;
 use super::{Items, compact};
+
 pub use crate::constants::AOV_FLOATS;
+use crate::constants::MEDIUM_UNKNOWN;
 use crate::graph::{Buf, DispatchArgs, Graph, Grid};
 
 /// Workgroup size of the transport kernels.
@@ -43,6 +46,8 @@ pub struct EyeHits {
     pub count: Buf<u32>,
     /// Groups for one invocation per hit.
     pub args: Buf<DispatchArgs>,
+    /// States of the paths, by slot: what medium is around a hit.
+    pub states: Buf<u32>,
     /// Per slot: emission met on the way, later also direct light.
     pub radiance: Buf<[f32; 4]>,
     /// [`AOV_FLOATS`] per pixel.
@@ -106,6 +111,7 @@ impl EyeHits {
             list: g.buffer("unused", 1),
             count: g.buffer("unused", 1),
             args: g.buffer("unused", 1),
+            states: g.buffer("unused", 1),
             radiance: g.buffer("radiance", radiance),
             aov_first: g.buffer("aov_first", if settings.aov { AOV_FLOATS * settings.pixels } else { 1 }),
             truncated: g.buffer("eye_truncated", 1),
@@ -145,7 +151,8 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: EyeSetti
     }
     let EyeState { paths, result } = state;
     let everything = compact::indices(g, Items::All, &paths.valid, LOCAL);
-    EyeHits { list: everything.indices, count: everything.count, args: everything.args, ..result }
+    let compact::Survivors { indices: list, count, args } = everything;
+    EyeHits { list, count, args, states: paths.states, ..result }
 }
 
 /// The first list: every pixel's first slot.
@@ -163,7 +170,9 @@ pub(super) fn generate(g: &mut Graph, eye: EyeTrace<'_>, state: &mut EyeState) -
         radiance: &mut result.radiance,
         valid: &mut paths.valid,
     };
-    g.dispatch(EyeGenerate { lens: variant.lens }, Grid::Threads(settings.pixels), (), bind);
+    // Where nothing absorbs, it does not matter what is around the camera.
+    let start_medium = if variant.absorption { MEDIUM_UNKNOWN } else { 0 };
+    g.dispatch(EyeGenerate { lens: variant.lens, start_medium }, Grid::Threads(settings.pixels), (), bind);
     SlotList::full(g, list, settings.pixels)
 }
 
@@ -171,7 +180,14 @@ pub(super) fn generate(g: &mut Graph, eye: EyeTrace<'_>, state: &mut EyeState) -
 pub(super) fn bounce(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &mut EyeState) -> Children {
     let EyeTrace { view, variant, settings } = eye;
     let EyeState { paths, result } = state;
-    trace_list(g, view.scene, list, &paths.rays, &mut paths.hits);
+    if variant.one_sided {
+        trace_camera(g, view.scene, list, paths);
+    } else {
+        trace_list(g, view.scene, list, &paths.rays, &mut paths.hits);
+    }
+    if variant.absorption {
+        trace_medium(g, view.scene, list, InFlight::of(paths));
+    }
     let mut children = Children::new(g, 2 * list.list.len());
     let EyeSettings { aov, max_depth, path, .. } = settings;
     let kernel = EyeShade { aov, max_depth, path, ..EyeShade::of(&variant) };
@@ -231,11 +247,46 @@ pub(super) fn trace_list(
     g.dispatch(TraceList, Grid::Indirect(&list.args), (), bind);
 }
 
+/// The same for eye paths, which look through the backs of surfaces with one side as long as they come straight from
+/// the camera.
+fn trace_camera(g: &mut Graph, scene: &SceneBuffers, list: &SlotList, paths: &mut Paths) {
+    let bind = TraceCameraBindings {
+        nodes: &scene.nodes,
+        triangles: &scene.triangles,
+        list: &list.list,
+        count: &list.count,
+        rays: &paths.rays,
+        states: &paths.states,
+        hits: &mut paths.hits,
+    };
+    g.dispatch(TraceCamera, Grid::Indirect(&list.args), (), bind);
+}
+
+/// Paths or photons in flight, which are at their hits.
+pub(super) struct InFlight<'a> {
+    pub rays: &'a Buf<[f32; 4]>,
+    pub hits: &'a Buf<[u32; 4]>,
+    pub states: &'a mut Buf<u32>,
+}
+
+impl<'a> InFlight<'a> {
+    fn of(paths: &'a mut Paths) -> Self {
+        Self { rays: &paths.rays, hits: &paths.hits, states: &mut paths.states }
+    }
+}
+
+/// Tells the listed paths in which medium they are, where they do not know.
+pub(super) fn trace_medium(g: &mut Graph, scene: &SceneBuffers, list: &SlotList, paths: InFlight<'_>) {
+    let InFlight { rays, hits, states } = paths;
+    let bind = TraceMediumBindings { scene, list: &list.list, count: &list.count, rays, hits, states };
+    g.dispatch(TraceMedium, Grid::Indirect(&list.args), (), bind);
+}
+
 /// Adds the direct light at the hits: `samples` lights, chosen by power, and a shadow ray for each.
 pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
-    let EyeHits { hits, list, count, args, radiance, .. } = eye;
+    let EyeHits { hits, list, count, args, states, radiance, .. } = eye;
     let samples = LightSamples { count: samples, path: false };
-    sample_lights(g, view, v, samples, LitHits { list, count, args, hits, radiance });
+    sample_lights(g, view, v, samples, LitHits { list, count, args, hits, states, radiance });
 }
 
 /// Samples of lights at each hit.
@@ -252,14 +303,16 @@ pub(super) struct LitHits<'a> {
     pub count: &'a Buf<u32>,
     pub args: &'a Buf<DispatchArgs>,
     pub hits: &'a Buf<EyeHit>,
+    /// States of the paths, by slot.
+    pub states: &'a Buf<u32>,
     /// Per slot; the light is added here.
     pub radiance: &'a mut Buf<[f32; 4]>,
 }
 
 /// Adds the light of samples of lights at the listed hits.
 pub(super) fn sample_lights(g: &mut Graph, view: View<'_>, v: Variant, samples: LightSamples, lit: LitHits<'_>) {
-    let LitHits { list, count, args, hits, radiance } = lit;
+    let LitHits { list, count, args, hits, states, radiance } = lit;
     let kernel = DirectLight { light_samples: samples.count, path: samples.path, ..DirectLight::of(&v) };
-    let bind = DirectLightBindings { view, list, count, eye_hits: hits, radiance };
+    let bind = DirectLightBindings { view, list, count, eye_hits: hits, radiance, states };
     g.dispatch(kernel, Grid::Indirect(args), (), bind);
 }

@@ -72,7 +72,8 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
 fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, count: u32, list: &SlotList, state: &mut EyeState) {
     let EyeHits { hits, radiance, .. } = &mut state.result;
     let samples = LightSamples { count, path: true };
-    let lit = LitHits { list: &list.list, count: &list.count, args: &list.args, hits, radiance };
+    let states = &state.paths.states;
+    let lit = LitHits { list: &list.list, count: &list.count, args: &list.args, hits, states, radiance };
     eye::sample_lights(g, eye.view, eye.variant, samples, lit);
 }
 

@@ -5,7 +5,7 @@
 //! 1999.
 
 use super::deposits::{Deposits, Energies};
-use super::eye::{LOCAL, SlotList, trace_list};
+use super::eye::{InFlight, LOCAL, SlotList, trace_list, trace_medium};
 use super::generated::{
     Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
     PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend, PhotonAppendBindings, PhotonAppendParams, PhotonBounce,
@@ -130,6 +130,10 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
     for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
             trace_list(g, photons.scene, &list, &flight.rays, &mut flight.hits);
+            if photons.variant.absorption {
+                let Flight { rays, hits, states, .. } = &mut flight;
+                trace_medium(g, photons.scene, &list, InFlight { rays, hits, states });
+            }
             let (pending, alive) = bounce(g, photons, step, &list, (&mut flight, &mut deposits.counters));
             append(g, photons.leaves, &list, &pending, deposits);
             list = SlotList::select(g, Items::Counted(&list.count), &alive, &list.list, n);

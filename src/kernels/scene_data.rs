@@ -8,7 +8,10 @@ pub use super::generated::SceneBuffers;
 pub struct Variant {
     pub textures: bool,
     pub normal_maps: bool,
+    /// Surfaces with holes, or there in part.
     pub alpha_mask: bool,
+    /// Surfaces that the camera does not see from behind.
+    pub one_sided: bool,
     pub glass: bool,
     pub absorption: bool,
     /// Anything but pure Lambert.

@@ -129,10 +129,11 @@ fn normal_matrix(m: &DMat4) -> DMat3 {
     cofactors * handedness(m)
 }
 
-/// -1 for a transform that mirrors, otherwise 1.
+/// -1 for a transform that mirrors, otherwise 1, also where it flattens space: the rest of the determinant is rounding.
 fn handedness(m: &DMat4) -> f64 {
+    const ROUNDING: f64 = 1e-14;
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
-    if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 }
+    if x.cross(y).dot(z) < -ROUNDING * (x.length() * y.length() * z.length()) { -1.0 } else { 1.0 }
 }
 
 /// A unit vector, or `None` where the length is zero or not finite.

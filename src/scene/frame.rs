@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Camera, Environment, Material, Scene, World};
+use super::{Camera, Environment, Material, Projection, Scene, World};
 
 /// Axis-aligned bounds in scene units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +41,9 @@ const FRAMING_FOV: f32 = 0.7;
 /// From the scene to the framing camera: a three-quarter view from the right, a little above.
 const FRAMING_VIEW: Vec3 = Vec3::new(0.6, 0.45, 1.0);
 
+/// How a warning ends where an environment map would help.
+pub(crate) const MAP_HELPS: &str = "an environment map would light it";
+
 impl Scene {
     /// Bounds of all visible triangles, `None` if there are none. Flattens the scene: who has its [`World`] asks that.
     pub fn bounds(&self) -> Option<Bounds> {
@@ -76,6 +79,28 @@ impl Scene {
         }
     }
 
+    /// Tells of a scene that only emissive surfaces light, and next to nothing: labels and lamps of instruments are no
+    /// lights. `world` is the scene's.
+    pub(super) fn dim_light(&self, world: &World) -> Option<String> {
+        /// Radiance of white surfaces that is seen as black.
+        const BLACK: f64 = 0.005;
+        if self.environment.is_some() || !self.lights.is_empty() || !self.has_light() {
+            return None;
+        }
+        let brightest = |m: &Material| m.emissive.into_iter().fold(0.0, f32::max);
+        let (mut all, mut emitted) = (0.0, 0.0);
+        for (id, material) in (0..).zip(&world.material) {
+            let area = world.area(id);
+            all += area;
+            emitted += area * f64::from(brightest(&self.materials[*material as usize]));
+        }
+        // The radiance of a white surface that all light falls on evenly.
+        let typical = emitted / all;
+        (typical < BLACK).then(|| {
+            format!("only what surfaces emit lights the scene, and white is about {typical:.1e} there: {MAP_HELPS}")
+        })
+    }
+
     /// Gives a scene without a camera one that frames it, with a warning.
     pub fn ensure_camera(&mut self) {
         if self.cameras.is_empty() {
@@ -84,13 +109,14 @@ impl Scene {
         }
     }
 
-    /// A camera whose image, if at least as wide as high, contains the bounding sphere of the triangles.
+    /// A camera whose image, of any shape, contains the bounding sphere of the triangles.
     pub fn framing_camera(&self) -> Camera {
         let (center, radius) = self.bounds().map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let distance = 1.02 * radius.max(f32::MIN_POSITIVE) / (0.5 * FRAMING_FOV).sin();
         let position = Vec3::from(center) + FRAMING_VIEW.normalize() * distance;
         let mut camera = Camera::look_at([0.0; 3], (-FRAMING_VIEW).into(), [0.0, 1.0, 0.0], FRAMING_FOV);
         camera.position = position.into();
+        camera.projection = Projection::Perspective { yfov: FRAMING_FOV, aspect: Some(1.0) };
         camera.name = "framing".into();
         camera
     }
@@ -130,6 +156,21 @@ mod tests {
         assert!(scene.bounds().is_none());
         scene.ensure_camera();
         assert!(scene.cameras[0].position.iter().all(|x| x.is_finite()) && scene.warnings.len() == 1);
+    }
+
+    #[test]
+    fn scenes_that_labels_light_are_told_of() {
+        let told = |scene: &Scene| scene.dim_light(&World::of(scene));
+        let mut scene = boxed(1.0);
+        assert_eq!(told(&scene), None, "a sky will light it");
+        let label = Mesh::quad([0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]);
+        scene.add(&label, Material::emitter([0.5; 3]));
+        assert!(told(&scene).is_some_and(|text| text.ends_with(MAP_HELPS)));
+        let mut lit = scene.clone();
+        lit.environment = Some(Environment::default_sky());
+        assert_eq!(told(&lit), None);
+        scene.add(&label, Material::emitter([1e4; 3]));
+        assert_eq!(told(&scene), None, "a small lamp that is bright");
     }
 
     #[test]

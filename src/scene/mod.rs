@@ -2,8 +2,8 @@
 //!
 //! Conventions: right-handed, +Y up, linear Rec.709, world space in scene units. The photometric numbers of
 //! glTF are read as radiometric RGB without the factor 683: emission is the radiance of a Lambertian emitter on
-//! its front side [W/(sr m^2)], the intensity of a point or spot light is radiant intensity [W/sr], that of a
-//! directional light the irradiance of a plane that faces it [W/m^2].
+//! its front side, or on both sides of a double-sided material [W/(sr m^2)], the intensity of a point or spot light
+//! is radiant intensity [W/sr], that of a directional light the irradiance of a plane that faces it [W/m^2].
 //!
 //! A scene is made of lists, and an id such as [`MeshId`] is a position in one of them. [`World`] is what a renderer
 //! traces: the triangles of all visible instances in world space.
@@ -74,7 +74,7 @@ pub struct Material {
     pub metallic: f32,
     /// Perceptual roughness; GGX alpha is its square.
     pub roughness: f32,
-    /// Radiance emitted by the front side (strength already multiplied in).
+    /// Radiance emitted by the front side, and by the back of double-sided materials (strength multiplied in).
     pub emissive: [f32; 3],
     /// KHR_materials_specular: weight of the dielectric reflection, 0 is pure Lambert.
     pub specular: f32,
@@ -88,9 +88,10 @@ pub struct Material {
     pub volume: bool,
     /// Absorption coefficient per scene unit of the enclosed medium, -ln(colour)/distance. Zero without volume.
     pub absorption: [f32; 3],
-    /// Alpha mask cut-off, `Some` for MASK materials (BLEND is treated as a mask at 0.5, with a warning).
-    pub alpha_cutoff: Option<f32>,
-    /// Reflects light on both sides. Emission is always on the front only.
+    /// What the alpha of the base colour means.
+    pub alpha: Alpha,
+    /// Emits from both sides, and the camera sees both. Without it the back emits nothing, and the camera looks
+    /// through it unless light is transmitted there; other light meets either side all the same.
     pub double_sided: bool,
     /// KHR_materials_unlit: shown as emission of its base colour, receives and reflects nothing.
     pub unlit: bool,
@@ -110,6 +111,18 @@ pub struct Material {
     pub specular_texture: Option<TextureRef>,
 }
 
+/// What the alpha of a base colour means (glTF 2.0, section 3.9.4).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// The surface is not there where alpha is below this cut-off.
+    Mask(f32),
+    /// The share of the surface that is there, 0 to 1: each path meets it with this probability.
+    Blend,
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {
@@ -124,7 +137,7 @@ impl Default for Material {
             ior: 1.5,
             volume: false,
             absorption: [0.0; 3],
-            alpha_cutoff: None,
+            alpha: Alpha::Opaque,
             double_sided: false,
             unlit: false,
             base_color_texture: None,
@@ -139,6 +152,11 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether the camera looks through the back. The back of glass is the way out of it, which is always there.
+    pub fn is_one_sided(&self) -> bool {
+        !self.double_sided && self.transmission == 0.0
+    }
+
     /// The textures that this material uses, in the order of the fields.
     pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
         [
@@ -266,16 +284,33 @@ pub enum Projection {
     Perspective {
         /// Full vertical field of view, in radians.
         yfov: f32,
-        /// Width over height if the file gives it; the image size decides otherwise.
+        /// Width over height of what is shown at least, if the file gives it: a narrower picture shows more above and
+        /// below, a wider one more at its sides. Without it the vertical field of view is that of any picture.
         aspect: Option<f32>,
     },
     /// Parallel projection.
     Orthographic {
-        /// Half width in scene units.
+        /// Half width in scene units of what is shown at least; see [`Projection::Perspective::aspect`].
         xmag: f32,
-        /// Half height in scene units.
+        /// Half height in scene units of what is shown at least.
         ymag: f32,
     },
+}
+
+impl Projection {
+    /// Half width and height of the image plane, at distance 1 of a pinhole, for a picture of this shape (width over
+    /// height): the smallest that holds what is shown at least.
+    pub fn half_size(&self, shape: f32) -> [f32; 2] {
+        let [half_width, half_height] = match *self {
+            Self::Perspective { yfov, aspect } => {
+                let half = (0.5 * yfov).tan();
+                [aspect.map_or(0.0, |aspect| half * aspect), half]
+            }
+            Self::Orthographic { xmag, ymag } => [xmag, ymag],
+        };
+        let narrow = half_width > half_height * shape;
+        if narrow { [half_width, half_width / shape] } else { [half_height * shape, half_height] }
+    }
 }
 
 /// Counts of input that was left out.
@@ -295,5 +330,22 @@ impl Skipped {
         self.degenerate_triangles += other.degenerate_triangles;
         self.non_finite_triangles += other.non_finite_triangles;
         self.non_triangle_primitives += other.non_triangle_primitives;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_file_shows_is_never_cropped() {
+        let wide = Projection::Orthographic { xmag: 2.0, ymag: 1.0 };
+        assert_eq!(wide.half_size(2.0), [2.0, 1.0]);
+        assert_eq!(wide.half_size(1.0), [2.0, 2.0], "a narrow picture of a wide view");
+        assert_eq!(wide.half_size(4.0), [4.0, 1.0], "a wide picture");
+        let yfov = 2.0 * 0.5f32.atan();
+        let near = |a: [f32; 2], b: [f32; 2]| assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6, "{a:?} {b:?}");
+        near(Projection::Perspective { yfov, aspect: None }.half_size(0.5), [0.25, 0.5]);
+        near(Projection::Perspective { yfov, aspect: Some(2.0) }.half_size(0.5), [1.0, 2.0]);
     }
 }

@@ -1,6 +1,6 @@
 //! What a scene requires of the renderer; everything else is left out of kernels, passes and buffers.
 
-use super::{Light, Material, Scene};
+use super::{Alpha, Light, Material, Scene};
 use crate::constants::{ALPHA_GATHER, ALPHA_SMOOTH};
 
 /// Perceptual roughness below which a reflection or refraction is traced as perfectly smooth. GGX alpha is its
@@ -31,7 +31,9 @@ pub struct Needs {
     pub vertex_colors: bool,
     /// Texture coordinate sets 0 and 1.
     pub uv_sets: [bool; 2],
-    /// Surfaces with holes: alpha masks.
+    /// Surfaces that the camera does not see from behind.
+    pub one_sided: bool,
+    /// Surfaces with holes, or there in part: alpha masks and blending.
     pub alpha_mask: bool,
     /// Paths that continue without a lobe: smooth metal or coat, or any transmission.
     pub specular_chains: bool,
@@ -89,7 +91,8 @@ impl Needs {
             self.textures = true;
             self.uv_sets[texture.uv_set as usize & 1] = true;
         }
-        self.alpha_mask |= m.alpha_cutoff.is_some();
+        self.one_sided |= m.is_one_sided();
+        self.alpha_mask |= m.alpha != Alpha::Opaque;
         self.unlit |= m.unlit;
         if m.unlit {
             // Shown as it is: its reflection, normals and emission are never asked for.
@@ -111,13 +114,14 @@ impl Needs {
     }
 
     /// Every feature with its name, in a fixed order.
-    fn features(&self) -> [(&'static str, bool); 19] {
+    fn features(&self) -> [(&'static str, bool); 20] {
         [
             ("textures", self.textures),
             ("normal maps", self.normal_maps),
             ("vertex colours", self.vertex_colors),
             ("texture coordinates 0", self.uv_sets[0]),
             ("texture coordinates 1", self.uv_sets[1]),
+            ("one-sided surfaces", self.one_sided),
             ("alpha masks", self.alpha_mask),
             ("specular chains", self.specular_chains),
             ("transmission", self.transmission),
@@ -158,7 +162,7 @@ mod tests {
         let mut scene = Scene::default();
         scene.add(&Mesh::quad([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]), material);
         // Not used by any triangle, so it must not count.
-        scene.materials.push(Material { alpha_cutoff: Some(0.5), ..Material::glass(1.5) });
+        scene.materials.push(Material { alpha: Alpha::Blend, ..Material::glass(1.5) });
         Needs::of(&scene)
     }
 
@@ -167,7 +171,7 @@ mod tests {
         let needs = needs(Material::lambert([0.5; 3]));
         assert_eq!(needs, Needs { lambert_only: true, ..Needs::default() });
         assert!(needs.kept().is_empty());
-        assert_eq!(needs.left_out().len(), 19);
+        assert_eq!(needs.left_out().len(), 20);
     }
 
     #[test]
@@ -186,10 +190,13 @@ mod tests {
         let tinted = Material { absorption: [0.0, 1.0, 0.0], ..Material::glass(1.5) };
         assert_eq!(needs(tinted), Needs { absorption: true, ..glass });
         let lambert = Needs { lambert_only: true, ..Needs::default() };
-        assert_eq!(needs(Material::emitter([1.0; 3])), Needs { area_lights: true, ..lambert });
+        let emitter = Needs { area_lights: true, one_sided: true, ..lambert };
+        assert_eq!(needs(Material::emitter([1.0; 3])), emitter);
         assert_eq!(needs(Material { unlit: true, ..Material::mirror() }), Needs { unlit: true, ..lambert });
-        let mask = Material { alpha_cutoff: Some(0.5), ..Material::lambert([1.0; 3]) };
-        assert_eq!(needs(mask), Needs { alpha_mask: true, ..lambert });
+        for alpha in [Alpha::Mask(0.5), Alpha::Blend] {
+            let holes = Material { alpha, ..Material::lambert([1.0; 3]) };
+            assert_eq!(needs(holes), Needs { alpha_mask: true, ..lambert });
+        }
     }
 
     #[test]

@@ -169,9 +169,9 @@ impl Material {
         Self { metallic: 0.0, roughness: 0.0, transmission: 1.0, ior, volume: true, double_sided: true, ..base }
     }
 
-    /// A black Lambertian emitter of the given radiance, on the front.
+    /// A black Lambertian emitter of the given radiance, on the front; the camera looks through its back.
     pub fn emitter(radiance: [f32; 3]) -> Self {
-        Self { emissive: radiance, ..Self::lambert([0.0; 3]) }
+        Self { emissive: radiance, double_sided: false, ..Self::lambert([0.0; 3]) }
     }
 }
 

@@ -42,10 +42,11 @@ impl Transform {
         (next.matrix() * self.matrix()).into()
     }
 
-    /// Whether all entries are finite and the map neither flattens space nor has another last row than 0, 0, 0, 1.
+    /// Whether all entries are finite and the map neither flattens space to a line or a point nor has another last row
+    /// than 0, 0, 0, 1. What is flat afterwards is a surface.
     pub fn is_valid(&self) -> bool {
         let matrix = self.matrix();
-        matrix.is_finite() && !is_singular(&matrix) && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
+        matrix.is_finite() && spans_a_plane(&matrix) && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
     }
 
     pub(super) fn matrix(&self) -> DMat4 {
@@ -59,14 +60,16 @@ impl From<DMat4> for Transform {
     }
 }
 
-/// True where a transform flattens space: normals cannot be carried through it.
-/// The determinant is compared with the product of the column lengths, so the test does not depend on scale.
-pub(super) fn is_singular(m: &DMat4) -> bool {
-    const FLATTEST: f64 = 1e-9;
+/// Whether the image of space is at least a plane, so that a surface stays one. Areas are compared with the squared
+/// length of the longest column, so the test does not depend on scale.
+pub(super) fn spans_a_plane(m: &DMat4) -> bool {
+    /// Height over longest side below which a parallelogram is a line: what is thinner has no area in single precision.
+    const THINNEST: f64 = 1e-9;
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
-    let product = x.length() * y.length() * z.length();
-    let det = x.cross(y).dot(z).abs();
-    !(det.is_finite() && det > FLATTEST * product)
+    let longest = x.length().max(y.length()).max(z.length());
+    let [x, y, z] = [x, y, z].map(|column| column / longest);
+    let widest = x.cross(y).length().max(y.cross(z).length()).max(z.cross(x).length());
+    longest > 0.0 && longest.is_finite() && widest > THINNEST
 }
 
 #[cfg(test)]
@@ -86,9 +89,11 @@ mod tests {
     }
 
     #[test]
-    fn flat_and_broken_maps_are_not_valid() {
+    fn lines_points_and_broken_maps_are_not_valid() {
         assert!(Transform::IDENTITY.is_valid() && Transform::scaling([-1e-9, 1e-9, 1e-9]).is_valid());
-        assert!(!Transform::scaling([1.0, 0.0, 1.0]).is_valid());
+        assert!(Transform::scaling([1.0, 0.0, 1e-6]).is_valid(), "a surface");
+        assert!(!Transform::scaling([1.0, 0.0, 0.0]).is_valid() && !Transform::scaling([0.0; 3]).is_valid());
+        assert!(Transform::scaling([1e200, 0.0, -1e200]).is_valid(), "of any size");
         assert!(!Transform::translation([f64::NAN, 0.0, 0.0]).is_valid());
         let mut projective = Transform::IDENTITY;
         projective.columns[0][3] = 1.0;

@@ -1,6 +1,6 @@
 //! What a renderer relies on, checked for scenes built by hand. Loaded scenes pass.
 
-use super::{Camera, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture, Transform};
+use super::{Alpha, Camera, Image, Instance, Light, Material, Mesh, Projection, Scene, Texture, Transform};
 use crate::error::{Error, Result};
 
 /// Triangles of all instances together that a renderer's tree can address.
@@ -36,7 +36,8 @@ impl Scene {
         self.named(self.references())
     }
 
-    fn named(&self, check: Check) -> Result<()> {
+    /// A check of this scene with its name in the error.
+    pub(crate) fn named(&self, check: Check) -> Result<()> {
         let name = if self.path.as_os_str().is_empty() { "a scene in memory".as_ref() } else { self.path.as_path() };
         check.map_err(|fault| Error::scene(name, fault))
     }
@@ -78,7 +79,7 @@ impl Transform {
     pub(crate) fn check(&self) -> Check {
         match self.is_valid() {
             true => Ok(()),
-            false => Err("its transform is not finite, flattens space, or is not affine".into()),
+            false => Err("its transform is not finite, is flat in two directions, or is not affine".into()),
         }
     }
 }
@@ -187,7 +188,9 @@ fn material_numbers(m: &Material) -> Check {
         values.iter().try_for_each(|&x| range(what, x, [0.0, f32::MAX]))?;
     }
     range("normal scale", m.normal_scale, [f32::MIN, f32::MAX])?;
-    range("alpha cut-off", m.alpha_cutoff.unwrap_or(0.0), [f32::MIN, f32::MAX])?;
+    if let Alpha::Mask(cutoff) = m.alpha {
+        range("alpha cut-off", cutoff, [f32::MIN, f32::MAX])?;
+    }
     m.texture_refs().try_for_each(|r| finite("row of a texture transform", &r.transform))
 }
 
@@ -262,7 +265,7 @@ mod tests {
             (&|s| s.materials[0].normal_texture = Some(missing), "it names texture 2, there are 0", true),
             (&|s| s.meshes[0].positions[2][1] = f32::NAN, "mesh 0: position 2 is not finite", false),
             (&|s| s.materials[0].roughness = 1.5, "material 0: roughness 1.5 is not within 0 and 1", false),
-            (&|s| s.instances[0].transform = Some(Transform::scaling([0.0; 3])), "flattens space", false),
+            (&|s| s.instances[0].transform = Some(Transform::scaling([0.0; 3])), "is flat in two", false),
             (&|s| s.cameras[0].up = [0.0, 2.0, 0.0], "camera 0: the length of its up 2 is not", false),
         ];
         for (damage, text, is_reference) in cases {

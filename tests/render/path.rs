@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use nephroid::low_level::picture::exr;
 use nephroid::low_level::render::{Lens, Method, Session, Settings};
 use nephroid::low_level::scene::shapes::Mesh;
-use nephroid::low_level::scene::{Camera, Environment, Light, Limits, Material, Projection, Scene, load};
+use nephroid::low_level::scene::{Alpha, Camera, Environment, Light, Limits, Material, Projection, Scene, load};
 
 use crate::support::device::runtime;
 use crate::support::proof;
@@ -192,7 +192,7 @@ fn masks_and_unlit_surfaces_change_no_light() {
     let expected = under_square(|_| 0.8 / PI);
     let mut scene = close_light(Material::lambert([0.8; 3]));
     let sheet = |y: f32| Mesh::quad([-2.0, y, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0]);
-    let cut = Material { base_color: [1.0, 1.0, 1.0, 0.0], alpha_cutoff: Some(0.5), ..Material::lambert([1.0; 3]) };
+    let cut = Material { base_color: [1.0, 1.0, 1.0, 0.0], alpha: Alpha::Mask(0.5), ..Material::lambert([1.0; 3]) };
     scene.add(&sheet(0.1), Material { double_sided: true, ..cut.clone() });
     scene.add(&sheet(0.3), Material { double_sided: true, ..cut });
     let wall = Mesh::quad([3.0, 0.0, 4.0], [0.0, 0.0, -8.0], [0.0, 3.0, 0.0]);

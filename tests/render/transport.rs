@@ -4,7 +4,9 @@
 
 use nephroid::low_level::render::{Session, Settings};
 use nephroid::low_level::scene::shapes::Mesh;
-use nephroid::low_level::scene::{Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap};
+use nephroid::low_level::scene::{
+    Alpha, Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap,
+};
 
 use crate::support::device::runtime;
 
@@ -262,7 +264,7 @@ fn half_lamp(how: usize) -> Scene {
     let mut material = Material::emitter([5.0; 3]);
     match how {
         1 => material.emissive_texture = Some(texture),
-        2 => (material.base_color_texture, material.alpha_cutoff) = (Some(texture), Some(0.5)),
+        2 => (material.base_color_texture, material.alpha) = (Some(texture), Alpha::Mask(0.5)),
         _ => {}
     }
     scene.images.push(Image { width: 2, height: 1, rgba: vec![[255; 4], [0; 4]] });

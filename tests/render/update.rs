@@ -249,7 +249,7 @@ fn changes_at_fault_change_nothing() {
     let moved = Changes::new().camera(FRONT, scene().cameras[1].clone());
     let cases = [
         (Changes::new().transform(InstanceId(3), Transform::IDENTITY), "there is no instance 3"),
-        (Changes::new().transform(BALL, flat), "flattens space"),
+        (Changes::new().transform(BALL, flat), "is flat in two"),
         (moved.clone().light(LAMP, dark), "change 1: intensity NaN"),
         (moved.clone().with(Change::Lens(Some(lens))), "-1"),
         (moved.clone().with(Change::Vertices(MeshId(0), vec![[0.0; 3]], vec![])), "1 positions and 0 normals for 4"),

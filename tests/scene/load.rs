@@ -1,7 +1,7 @@
 //! What is read from small glTF files: placement, attributes, materials, lights and cameras.
 
 use nephroid::low_level::scene::{
-    EnvironmentFile, Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment,
+    Alpha, EnvironmentFile, Light, Limits, Needs, Projection, Scene, World, Wrap, load_with_environment,
 };
 use serde_json::{Value, json};
 
@@ -210,11 +210,10 @@ fn material_extensions() {
     let m = &scene.materials[0];
     assert_eq!(m.emissive, [2.0, 4.0, 0.0]);
     assert_eq!((m.ior, m.specular, m.specular_color), (1.33, 0.25, [1.0, 0.5, 0.0]));
-    assert_eq!((m.transmission, m.unlit, m.volume, m.alpha_cutoff), (0.75, true, false, Some(0.75)));
+    assert_eq!((m.transmission, m.unlit, m.volume, m.alpha), (0.75, true, false, Alpha::Mask(0.75)));
     set(&mut json, "/materials/0/alphaMode", json!("BLEND"));
     let scene = loaded(&json);
-    assert_eq!(scene.materials[0].alpha_cutoff, Some(0.5));
-    assert!(scene.warnings[0].contains("blending"));
+    assert_eq!(scene.materials[0].alpha, Alpha::Blend);
 }
 
 /// A 2 x 1 PNG, made by the image crate: red, then half-transparent blue.

@@ -13,23 +13,39 @@ layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
 layout(set = 0, binding = 18, scalar) readonly buffer EyeHits { EyeHit eye_hits[]; };
 layout(set = 0, binding = 19, scalar) buffer Radiance { vec4 radiance[]; };
+layout(set = 0, binding = 20, scalar) readonly buffer States { uint states[]; };
 #include "lib/textures.glsl"
 #include "lib/bsdf.glsl"
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
+#include "lib/medium.glsl"
 #include "lib/environment.glsl"
 #include "lib/lights.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/scatter.glsl"
 #include "lib/path.glsl"
-#define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
+bool shadow_stops = false; // rays stop at holes
+#define SHADOW_MEETS(triangle, barycentrics) is_covered(triangle, barycentrics)
+#define TRACE_ACCEPT(triangle, barycentrics) (shadow_stops || SHADOW_MEETS(triangle, barycentrics))
 #include "lib/traverse.glsl"
+#include "lib/shadow.glsl"
 
 layout(constant_id = 21) const uint LIGHT_SAMPLES = 1;
 layout(constant_id = 22) const bool PATH = false; // path tracing: lights with an extent are found by both strategies
 
+// A hit to light.
+struct Lit {
+    EyeHit hit;
+    Surface s;
+    vec3 to_eye;
+    vec3 through;
+    uint depth;  // of the path
+    uint medium; // around it there
+};
+
 // Light that one sample brings.
-vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, uint k, uint depth) {
+vec3 sample_direct(Lit at, uint key, uint k) {
+    Surface s = at.s;
     uint index = pass[0].index * LIGHT_SAMPLES + k;
     float choice = sequence1(index, key, 1u);
     uint light = choose_light(choice);
@@ -37,18 +53,19 @@ vec3 sample_direct(EyeHit hit, Surface s, vec3 to_eye, vec3 through, uint key, u
     float cosine = dot(s.shading, l.to_light);
     // Positive comparisons: a light at the very point has no direction.
     if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return vec3(0.0);
-    vec3 f = uintBitsToFloat(hit.b.xyz);
+    vec3 f = uintBitsToFloat(at.hit.b.xyz);
     if (GLOSSY && !is_lambert(s)) {
-        f = through * gathered_bsdf(s, to_eye, l.to_light);
-        if (l.delta) f += through * followed_bsdf(s, to_eye, l.to_light);
+        f = at.through * gathered_bsdf(s, at.to_eye, l.to_light);
+        if (l.delta) f += at.through * followed_bsdf(s, at.to_eye, l.to_light);
     }
     if (PATH && !l.delta) {
-        f *= balance(l.density, gathered_density(s, to_eye, l.to_light, depth >= ROULETTE_DEPTH));
+        f *= balance(l.density, gathered_density(s, at.to_eye, l.to_light, at.depth >= ROULETTE_DEPTH));
     }
-    BvhTriangle corners = triangles[hit.d.w & ~EYE_HIT_BENT];
+    BvhTriangle corners = triangles[at.hit.d.w & ~EYE_HIT_BENT];
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
     vec3 origin = offset_point(s.position, e1, e2, l.to_light);
-    return trace_any(origin, l.target - origin, 1.0) ? vec3(0.0) : f * l.weight * cosine;
+    if (ALPHA_MASK) coverage_key = hash2(key ^ SALT_COVERAGE, index);
+    return light_between(origin, l.target, at.medium, l.far) * f * l.weight * cosine;
 }
 
 void main() {
@@ -62,14 +79,16 @@ void main() {
         depth = tag_depth(tag);
         place = path_place(slot, tag_layer(tag), camera[0].pixels);
     }
-    EyeHit hit = eye_hits[slot];
-    vec3 to_eye, through;
-    Surface s = surface_of(hit, to_eye, through);
+    Lit at;
+    at.hit = eye_hits[slot];
+    at.s = surface_of(at.hit, at.to_eye, at.through);
+    at.depth = depth;
+    at.medium = ABSORPTION ? states[slot] & PATH_MEDIUM_MASK : 0u;
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ SALT_DIRECT_LIGHT);
     if (PATH) key = hash2(key, depth);
     vec3 sum = vec3(0.0);
     [[dont_unroll]] for (uint k = 0u; k < LIGHT_SAMPLES; ++k) {
-        sum += sample_direct(hit, s, to_eye, through, key, k, depth);
+        sum += sample_direct(at, key, k);
     }
     radiance[place].xyz += sum / float(LIGHT_SAMPLES);
 }

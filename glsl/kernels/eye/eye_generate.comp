@@ -10,6 +10,7 @@ layout(local_size_x = 64) in;
 #include "lib/pixels.glsl"
 
 layout(constant_id = 20) const bool LENS = false;
+layout(constant_id = 21) const uint START_MEDIUM = 0; // in which paths begin, as their states have it
 
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
@@ -56,7 +57,7 @@ void main() {
     rays[2u * pixel] = vec4(origin, 0.0);
     rays[2u * pixel + 1u] = vec4(direction, 0.0);
     throughput[pixel] = vec4(1.0, 1.0, 1.0, float(c.slots));
-    states[pixel] = 0u;
+    states[pixel] = START_MEDIUM;
     list[pixel] = pixel;
     for (uint i = 0u; i < c.slots; ++i) {
         radiance[pixel + i * c.pixels] = vec4(0.0);

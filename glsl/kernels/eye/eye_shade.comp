@@ -169,14 +169,23 @@ void escape(EyePath path) {
     if (AOV && is_shown(path)) write_aov(path.slot, vec3(0.0), vec3(0.0), INFINITY);
 }
 
-// The path goes straight on where an alpha mask cuts the surface away; `t` is the length of its ray.
-void pass_mask(EyePath path, Surface s, float t) {
+// Whether the path meets the surface, of which a share is there. The choices of a pixel at one depth are stratified
+// over the passes.
+bool is_met(EyePath path, float share) {
+    if (share <= 0.0 || share >= 1.0) return share > 0.0;
+    uint key = hash2(pass[0].seed ^ SALT_COVERAGE, slot_key(path.slot, camera[0]));
+    return sequence1(pass[0].index, key, depth_of(path)) < share;
+}
+
+// The path goes straight on where the surface is not there; `t` is the length of its ray.
+void pass_hole(EyePath path, Surface s, float t) {
     if (depth_of(path) >= MAX_DEPTH) {
         atomicAdd(truncated[0], 1u);
         return;
     }
     float density = rays[2u * path.slot + 1u].w, distance = rays[2u * path.slot].w + t;
-    Child same = Child(path.direction, vec3(1.0), 1.0, path.state & PATH_MEDIUM_MASK, false);
+    uint medium = medium_behind(s, path.state & PATH_MEDIUM_MASK);
+    Child same = Child(path.direction, vec3(1.0), 1.0, medium, false);
     emit_child(path, 0u, path.slot, path.slots, same, s);
     if (PATH) {
         rays[2u * path.slot].w = distance;
@@ -280,11 +289,13 @@ void main() {
     InterpolatedNormal unused;
     Surface s = load_surface(hit, path.direction, unused);
     if (ABSORPTION) {
-        uint inside = medium_inside(s, path.state & PATH_MEDIUM_MASK);
-        if (inside != 0u) path.through *= exp(-materials[inside - 1u].absorption * hit.t);
+        uint medium = medium_inside(s, path.state & PATH_MEDIUM_MASK);
+        path.state = (path.state & ~PATH_MEDIUM_MASK) | medium;
+        states[slot] = path.state; // light samples at the hit are in this medium, too
+        path.through *= transmittance(medium, hit.t);
     }
-    if (ALPHA_MASK && s.opacity == 0.0) {
-        pass_mask(path, s, hit.t);
+    if (ALPHA_MASK && !is_met(path, s.opacity)) {
+        pass_hole(path, s, hit.t);
         return;
     }
     emit(path, s, hit.t);

@@ -25,8 +25,23 @@ layout(set = 0, binding = 20, scalar) writeonly buffer Splats { vec4 splats[]; }
 #include "lib/medium.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/point.glsl"
-#define TRACE_ACCEPT(triangle, barycentrics) alpha_accepts(triangle, barycentrics)
+
+vec3 seen_along; // direction of the camera's ray to the vertex
+
+// Whether the camera's ray meets the triangle, as eye paths have it.
+bool is_met(uint index, vec2 barycentrics) {
+    BvhTriangle t = triangles[index];
+    bool one_sided = (floatBitsToUint(t.v1.w) & BVH_ONE_SIDED) != 0u;
+    vec3 e1 = t.v1.xyz - t.v0.xyz, e2 = t.v2.xyz - t.v0.xyz;
+    return !(one_sided && dot(triangle_normal(e1, e2), seen_along) > 0.0) && is_covered(index, barycentrics);
+}
+
+bool shadow_stops = false; // rays stop at holes
+#define TRACE_FLAGS (BVH_ALPHA_MASKED | BVH_ONE_SIDED)
+#define SHADOW_MEETS(triangle, barycentrics) is_met(triangle, barycentrics)
+#define TRACE_ACCEPT(triangle, barycentrics) (shadow_stops || SHADOW_MEETS(triangle, barycentrics))
 #include "lib/traverse.glsl"
+#include "lib/shadow.glsl"
 
 // How the camera sees a place.
 struct View {
@@ -66,16 +81,16 @@ vec3 connect(Photon p, View v) {
     Hit hit = unpack_hit(p.a);
     InterpolatedNormal unused;
     Surface s = load_surface(hit, -v.to_camera, unused);
+    seen_along = -v.to_camera;
+    if (!s.front && (floatBitsToUint(triangles[hit.triangle].v1.w) & BVH_ONE_SIDED) != 0u) return vec3(0.0);
     float cosine = dot(s.geometric, v.to_camera);
     // Gathered lobes only reflect: light from behind is not seen.
     if (!(cosine > 0.0 && dot(s.geometric, oct_decode(p.b.w)) < 0.0)) return vec3(0.0);
     Point x = point_at(s, v.to_camera);
     vec3 light = x.factor * photon_light(p, x, cosine * v.pixels_by_area);
-    // As for eye paths: light is absorbed where the surface is seen from inside of a volume.
-    if (ABSORPTION && is_leaving(s)) light *= exp(-s.absorption * v.distance);
     if (light == vec3(0.0)) return light;
     vec3 origin = offset_point(s.position, s.e1, s.e2, v.to_camera);
-    return trace_any(origin, v.target - origin, 1.0) ? vec3(0.0) : light;
+    return light * light_between(origin, v.target, p.c.x, false);
 }
 
 void main() {
@@ -87,6 +102,7 @@ void main() {
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
     View v;
     vec3 light = vec3(0.0);
+    if (ALPHA_MASK) coverage_key = hash2(hash2(pass[0].seed ^ SALT_COVERAGE, pass[0].index), j);
     if (view_of(triangle_point(corners.v0.xyz, e1, e2, hit.barycentrics), v)) light = connect(p, v);
     uint unseen = 2u * camera[0].width * camera[0].height;
     uint class_bit = uintBitsToFloat(p.d.w) < 0.0 ? 0u : 1u;

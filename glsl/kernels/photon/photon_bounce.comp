@@ -49,11 +49,11 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/energy.glsl"
 
 // The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
-void leave_vertex(uint j, Hit hit, vec3 d, vec3 light) {
+void leave_vertex(uint j, Hit hit, vec3 d, vec3 light, uint medium) {
     Photon p;
     p.a = pack_hit(hit);
     p.b = uvec4(floatBitsToUint(light), oct_encode(d));
-    p.c = uvec4(0u);
+    p.c = uvec4(medium, 0u, 0u, 0u);
     p.d = uvec4(0u, 0u, 0u, floatBitsToUint(CAUSTIC ? -1.0 : 1.0));
     pending[j] = p;
     stored[j] = 1u;
@@ -310,6 +310,22 @@ bool arrives(uint slot, uint triangle, vec3 carried) {
     return false;
 }
 
+// What the medium takes on the way to the surface, and which it is.
+void absorb(Surface s, float way, inout uint state, inout vec3 carried, inout float absorbed) {
+    uint medium = medium_inside(s, state & PATH_MEDIUM_MASK);
+    state = (state & ~PATH_MEDIUM_MASK) | medium;
+    float before = energy_of(carried);
+    carried *= transmittance(medium, way);
+    absorbed += before - energy_of(carried);
+}
+
+// Seed of the decisions of a photon at this bounce.
+uint seed_of(uint slot) {
+    uint photons = pass[0].seed ^ (CAUSTIC ? SALT_CAUSTIC_PHOTONS : SALT_GLOBAL_PHOTONS);
+    uint key = hash2(photons, pass[0].index) + (params.bounce >> 8) * 0x9e3779b9u;
+    return hash2(key, slot * 256u + (params.bounce & 255u));
+}
+
 void main() {
     uint j = linear_id();
     if (j >= count[0]) return;
@@ -327,30 +343,30 @@ void main() {
     Surface s = load_surface(hit, d, normal);
     Differential f = Differential(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
-    if (ABSORPTION) {
-        uint inside = medium_inside(s, state & PATH_MEDIUM_MASK);
-        float before = energy_of(photon_flux.rgb);
-        if (inside != 0u) photon_flux.rgb *= exp(-materials[inside - 1u].absorption * hit.t);
-        absorbed += before - energy_of(photon_flux.rgb);
+    if (ABSORPTION) absorb(s, hit.t, state, photon_flux.rgb, absorbed);
+    uint medium = state & PATH_MEDIUM_MASK;
+    Differential landed = f;
+    if (FOOTPRINT != FOOTPRINT_NONE) transfer(landed, d, s.geometric, hit.t);
+    bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
+    bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
+    if (CAUSTIC && gathers) end = ENERGY_ENDED;
+    if (kind && gathers && s.opacity > 0.0) {
+        // Of a surface that is there in part, eye paths meet this part, which has the full flux per area. A vertex
+        // stands for the light of the part.
+        if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb * s.opacity, medium);
+        else if (!deposit(j, s, d, photon_flux, landed, rays[2u * slot + 1u].w) && CAUSTIC) end = ENERGY_CLAMPED;
     }
+    uint seed = seed_of(slot);
     Event e;
-    if (ALPHA_MASK && s.opacity == 0.0) {
+    if (ALPHA_MASK && unit_float(hash(seed ^ SALT_COVERAGE)) >= s.opacity) {
         f.dp_u += hit.t * f.dd_u;
         f.dp_v += hit.t * f.dd_v;
-        e = Event(d, vec3(1.0), 1.0, state, INFINITY);
+        uint behind = (state & ~PATH_MEDIUM_MASK) | medium_behind(s, medium);
+        e = Event(d, vec3(1.0), 1.0 - s.opacity, behind, INFINITY);
     } else {
-        if (FOOTPRINT != FOOTPRINT_NONE) transfer(f, d, s.geometric, hit.t);
-        bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
-        bool gathers = has_diffuse(s) || (GLOSSY && has_gathered_glossy(s));
-        if (CAUSTIC && gathers) end = ENERGY_ENDED;
-        if (kind && gathers) {
-            if (FOOTPRINT == FOOTPRINT_NONE) leave_vertex(j, hit, d, photon_flux.rgb);
-            else if (!deposit(j, s, d, photon_flux, f, rays[2u * slot + 1u].w) && CAUSTIC) end = ENERGY_CLAMPED;
-        }
-        uint photons = pass[0].seed ^ (CAUSTIC ? SALT_CAUSTIC_PHOTONS : SALT_GLOBAL_PHOTONS);
-        uint key = hash2(photons, pass[0].index) + (params.bounce >> 8) * 0x9e3779b9u;
-        uint seed = hash2(key, slot * 256u + (params.bounce & 255u));
+        f = landed;
         e = scatter(Arrival(s, normal, d, state, photon_flux.w), seed, f);
+        e.probability *= s.opacity;
     }
     vec3 carried = photon_flux.rgb * e.weight;
     bool refused = e.probability > 0.0 && not_finite(carried);
@@ -359,7 +375,7 @@ void main() {
         end_photon(slot, state, End(photon_flux.rgb, absorbed, refused ? ENERGY_CLAMPED : end));
         return;
     }
-    // Survivors stand for those that were absorbed: each covers 1 / p of the area.
+    // Survivors stand for those that were absorbed or went another way: each covers 1 / p of the area.
     scale(f, inversesqrt(e.probability));
     absorbed += energy_of(photon_flux.rgb) - energy_of(carried);
     rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), absorbed);

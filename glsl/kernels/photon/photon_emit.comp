@@ -118,7 +118,7 @@ struct Start {
 
 // Random numbers of a photon.
 struct Numbers {
-    float caster;   // choice among the casters
+    float caster;   // choice among the casters, or of the side of a light that has two
     vec2 direction; // or place outside of the scene
     vec2 place;     // on the light, or direction of the environment
 };
@@ -163,18 +163,21 @@ Start start_in_environment(Numbers u, float n) {
 Start start_on_triangle(Light l, Numbers u, float n) {
     Start p = Start(vec3(0.0), vec3(0.0), vec3(0.0), 1.0, 0.0, 0.0);
     BvhTriangle corners = triangles[l.triangle];
-    vec2 b = uniform_triangle(u.place);
+    vec2 b = lamp_point(corners, u.place);
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
     vec3 normal = triangle_normal(e1, e2);
+    bool both = emits_from_back(l.triangle);
     p.origin = triangle_point(corners.v0.xyz, e1, e2, b);
     if (CAUSTIC) {
         p.direction = aim(p.origin, u.caster, u.direction, p.pdf);
     } else {
-        p.direction = from_basis(normal, cosine_hemisphere(u.direction));
-        p.pdf = max(dot(p.direction, normal), 1e-4) / PI;
+        vec3 side = both && u.caster < 0.5 ? -normal : normal;
+        p.direction = from_basis(side, cosine_hemisphere(u.direction));
+        p.pdf = max(dot(p.direction, side), 1e-4) / (both ? 2.0 * PI : PI);
     }
     p.origin = offset_point(p.origin, e1, e2, p.direction);
-    p.power = emission_at(l.triangle, b) * max(0.0, dot(p.direction, normal));
+    float cosine = dot(p.direction, normal);
+    p.power = emission_at(l.triangle, b) * (both ? abs(cosine) : max(0.0, cosine));
     p.dd = inversesqrt(n * p.pdf);
     p.pdf /= l.area;
     p.dp = sqrt(l.area / n);
@@ -211,7 +214,8 @@ void main() {
     rays[2u * i + 1u] = vec4(p.direction, 1.0); // w: path density
     // w: the spacing D of an isotropic light with this share of the photons, the unit of raw differentials.
     flux[i] = vec4(p.pdf > 0.0 ? p.power / (n * p.pdf) : vec3(0.0), sqrt(4.0 * PI / n));
-    states[i] = 0u;
+    bool far = l.kind == LIGHT_DIRECTIONAL || l.kind == LIGHT_ENVIRONMENT;
+    states[i] = ABSORPTION && !far ? MEDIUM_UNKNOWN : 0u;
     differentials[i] = Differential(p.dp * t, p.dp * s, p.dd * t, p.dd * s);
     list[i] = i;
 }

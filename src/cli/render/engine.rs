@@ -10,6 +10,7 @@ use super::post::After;
 use super::report::{Measured, report};
 use super::request::Request;
 use super::stop_rule::{CONFIDENCE, Outcome, StopReason, StopRule};
+use crate::cli::advice;
 use crate::cli::inputs::spare_inputs;
 use crate::cli::progress::Status;
 use crate::cli::values::{Aov, Bsdf, choose_camera};
@@ -27,7 +28,7 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
     let scene = scene::load_with_environment(&request.scene, environment.as_ref(), &Limits::default())?;
     spare_inputs(&request.outputs.iter().collect::<Vec<_>>(), &scene.files)?;
     for warning in &scene.warnings {
-        monitor.note(warning);
+        monitor.note(&advice::warning(warning));
     }
     let loaded = begin.elapsed().as_secs_f64();
     let runtime = request.device.open()?;

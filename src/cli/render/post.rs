@@ -24,11 +24,8 @@ impl After {
             DepthOfField::Lens => None,
             DepthOfField::Screen => request.lens.lens(camera)?.map(|Lens { radius, focus }| Defocus { radius, focus }),
         };
-        let (half_height, orthographic) = match camera.projection {
-            Projection::Perspective { yfov, .. } => ((0.5 * yfov).tan(), false),
-            Projection::Orthographic { ymag, .. } => (ymag, true),
-        };
-        let half = [half_height * settings.width as f32 / settings.height as f32, half_height];
+        let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
+        let half = camera.projection.half_size(settings.width as f32 / settings.height as f32);
         let post = Post { ssao: request.post.occlusion(), defocus, bloom: request.post.glow() };
         let view = View { axes: [camera.right, camera.up, camera.forward], half, orthographic };
         Ok(Self { post, view, lens: settings.lens })

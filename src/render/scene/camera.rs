@@ -8,13 +8,8 @@ use crate::scene::{Projection, Scene};
 pub fn device_camera(scene: &Scene, settings: &Settings, slots: u32) -> Camera {
     let camera = &scene.cameras[settings.camera];
     let (width, height) = (settings.width as f32, settings.height as f32);
-    let (half_width, half_height, orthographic) = match camera.projection {
-        Projection::Perspective { yfov, .. } => {
-            let half = (0.5 * yfov).tan();
-            (half * width / height, half, 0)
-        }
-        Projection::Orthographic { xmag: _, ymag } => (ymag * width / height, ymag, 1),
-    };
+    let [half_width, half_height] = camera.projection.half_size(width / height);
+    let orthographic = u32::from(matches!(camera.projection, Projection::Orthographic { .. }));
     Camera {
         position: camera.position,
         width: settings.width,

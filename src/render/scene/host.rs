@@ -4,10 +4,10 @@
 use super::lights::{average_emission, luminance};
 use super::shading::is_flat;
 use super::sky::Sky;
-use crate::kernels::bvh_host::{ALPHA_MASKED, HostBvh, TriangleTag, build_sah, pack_triangles};
+use crate::kernels::bvh_host::{ALPHA_MASKED, HostBvh, ONE_SIDED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::BvhTriangle;
 use crate::scene::frame::Bounds;
-use crate::scene::{Instance, InstanceId, Material, Part, Scene, World};
+use crate::scene::{Alpha, Instance, InstanceId, Material, Part, Scene, World};
 
 /// A scene as the host knows it.
 #[derive(Clone, Default)]
@@ -69,10 +69,15 @@ impl Host {
         let World { positions, triangles, material, .. } = &self.world;
         pack_triangles(positions, triangles, &self.tree.bvh.order, |id| {
             let material = material[id as usize];
-            let masked = scene.materials[material as usize].alpha_cutoff.is_some();
-            TriangleTag { flags: if masked { ALPHA_MASKED } else { 0 }, material }
+            TriangleTag { flags: triangle_flags(&scene.materials[material as usize]), material }
         })
     }
+}
+
+/// What rays have to know of a triangle with this material.
+pub fn triangle_flags(m: &Material) -> u32 {
+    let masked = if m.alpha == Alpha::Opaque { 0 } else { ALPHA_MASKED };
+    masked | if m.is_one_sided() { ONE_SIDED } else { 0 }
 }
 
 /// The tree over a world, and its extent.

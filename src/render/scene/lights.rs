@@ -15,7 +15,7 @@ use crate::scene::{Light, Material, Scene};
 #[derive(Default)]
 pub struct LightTable {
     pub lights: Vec<DeviceLight>,
-    /// Per material: density per area with which a light sample is a point of its front; 0 where it is no light.
+    /// Per material: density per area with which a light sample is a point of it; 0 where it is no light.
     pub densities: Vec<f32>,
     pub has_triangles: bool,
     pub has_delta: bool,
@@ -46,7 +46,7 @@ impl LightTable {
         table.finish(&powers);
         let density = |(m, e): (&Material, &[f32; 3])| {
             let shines = table.has_triangles && !m.unlit && luminance(*e) > 0.0;
-            if shines { (PI * luminance(*e) / table.power) as f32 } else { 0.0 }
+            if shines { (sides(m) * PI * luminance(*e) / table.power) as f32 } else { 0.0 }
         };
         table.densities = scene.materials.iter().zip(&host.emission).map(density).collect();
         table
@@ -65,7 +65,8 @@ impl LightTable {
                     triangle: at as u32,
                     ..DeviceLight::default()
                 };
-                self.push(powers, device, PI * area * luminance(emission));
+                let sides = sides(&scene.materials[material]);
+                self.push(powers, device, sides * PI * area * luminance(emission));
                 self.has_triangles = true;
             }
         }
@@ -119,6 +120,11 @@ impl LightTable {
     pub fn environment_probability(&self) -> f32 {
         self.lights.iter().find(|light| light.kind == LIGHT_ENVIRONMENT).map_or(0.0, |light| light.probability)
     }
+}
+
+/// Sides of a surface that emit.
+fn sides(m: &Material) -> f64 {
+    if m.double_sided { 2.0 } else { 1.0 }
 }
 
 fn punctual(light: &Light, radius: f64) -> (DeviceLight, f64) {

@@ -1,14 +1,14 @@
 //! Vertex attributes and textures as the kernels read them.
 
 use crate::constants::{
-    MATERIAL_UNLIT, MATERIAL_VOLUME, NO_TEXTURE, TEXTURE_LINEAR, TEXTURE_SRGB, TEXTURE_UV1, WRAP_CLAMP, WRAP_MIRROR,
-    WRAP_REPEAT, WRAP_V_SHIFT,
+    MATERIAL_BLEND, MATERIAL_TWO_SIDED, MATERIAL_UNLIT, MATERIAL_VOLUME, NO_TEXTURE, TEXTURE_LINEAR, TEXTURE_SRGB,
+    TEXTURE_UV1, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, WRAP_V_SHIFT,
 };
 use std::ops::Range;
 
 use crate::kernels::generated::{Material as DeviceMaterial, TextureUse};
 use crate::kernels::scene_data::Variant;
-use crate::scene::{Material, Scene, Texture, TextureRef, World, Wrap};
+use crate::scene::{Alpha, Material, Scene, Texture, TextureRef, World, Wrap};
 
 /// Vertex attributes of a range of the world's triangles, laid out by `variant` (glsl/lib/scene_bindings.glsl).
 pub fn vertex_data(world: &World, triangles: Range<u32>, variant: &Variant) -> Vec<[f32; 4]> {
@@ -58,6 +58,18 @@ pub fn is_flat(world: &World, id: u32) -> bool {
         n.dot(normal) < 0.0 || n.cross(normal).length() > 1e-5
     };
     normal == glam::DVec3::ZERO || !corners.iter().any(differs)
+}
+
+/// MATERIAL_* of a material.
+fn flags(m: &Material) -> u32 {
+    let flags = [
+        // What lets no light through has no inside to see.
+        (MATERIAL_VOLUME, m.volume && m.transmission > 0.0),
+        (MATERIAL_UNLIT, m.unlit),
+        (MATERIAL_BLEND, m.alpha == Alpha::Blend),
+        (MATERIAL_TWO_SIDED, m.double_sided),
+    ];
+    flags.iter().filter(|(_, set)| *set).fold(0, |all, (flag, _)| all | flag)
 }
 
 /// Materials, texture uses and texels.
@@ -111,8 +123,9 @@ impl Textures {
             transmission: m.transmission,
             ior: m.ior,
             normal_scale: m.normal_scale,
-            alpha_cutoff: m.alpha_cutoff.unwrap_or(-1.0),
-            flags: if m.volume { MATERIAL_VOLUME } else { 0 } | if m.unlit { MATERIAL_UNLIT } else { 0 },
+            // A cut-off below 0 cuts nothing away.
+            alpha_cutoff: if let Alpha::Mask(cutoff) = m.alpha { cutoff } else { -1.0 },
+            flags: flags(m),
             base_color_texture: texture(&m.base_color_texture, true),
             metallic_roughness_texture: texture(&m.metallic_roughness_texture, false),
             normal_texture: texture(&m.normal_texture, false),

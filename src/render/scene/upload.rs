@@ -114,7 +114,8 @@ impl DeviceScene {
     /// Builds and uploads. `full` keeps every feature in the kernels.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] for what does not fit the device.
+    /// [`Error::OutOfMemory`] for what does not fit the device, [`Error::Scene`] for a scene that is too large or too
+    /// small to compute with.
     pub fn new(runtime: &Runtime, scene: &Scene, full: bool) -> Result<Self> {
         Self::in_memory(Memory::Device(runtime), scene, full)
     }
@@ -138,6 +139,7 @@ impl DeviceScene {
         if all {
             known.update_geometry(scene);
         }
+        check_radius(scene, known.tree.radius)?;
         if stale.materials {
             known.update_materials(scene);
         }
@@ -414,6 +416,16 @@ fn fill_roomy<T: bytemuck::Pod>(
     }
     memory.overwrite(buffer, 0, data)?;
     Ok(u64::from(replaced))
+}
+
+/// Areas of the scene and of its sphere, and what is divided by them, stay within single precision.
+fn check_radius(scene: &Scene, radius: f32) -> Result<()> {
+    const LARGEST: f32 = (1u64 << 60) as f32;
+    if (LARGEST.recip()..=LARGEST).contains(&radius) {
+        return Ok(());
+    }
+    let cause = format!("its radius of {radius:e} is not between 2^-60 and 2^60: choose another unit of length");
+    scene.named(Err(cause))
 }
 
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.

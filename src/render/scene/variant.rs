@@ -14,6 +14,7 @@ pub fn variant(scene: &Scene, host: &Host, table: &LightTable, full: bool) -> Va
         textures: full || needs.textures,
         normal_maps: full || needs.normal_maps,
         alpha_mask: full || needs.alpha_mask,
+        one_sided: full || needs.one_sided,
         glass: full || needs.transmission,
         absorption: full || needs.absorption,
         glossy: full || !needs.lambert_only,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::render::scene::host::triangle_flags;
 use crate::render::scene::upload::Stale;
 use crate::render::settings::{Lens, Settings};
 use crate::scene::{
@@ -206,7 +207,7 @@ fn stale_materials(former: &Material, now: &Material) -> Stale {
         // Texture coordinates and tangents of the world are those that materials ask for.
         geometry: textures,
         moved: vec![],
-        masks: former.alpha_cutoff.is_some() != now.alpha_cutoff.is_some(),
+        masks: triangle_flags(former) != triangle_flags(now),
         materials: true,
         textures,
         casters: true,

@@ -9,22 +9,23 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 
 use super::Notes;
-use crate::scene::{Material, Texture, TextureRef, Wrap};
+use super::images::Role;
+use crate::scene::{Alpha, Material, Texture, TextureRef, Wrap};
 
 /// Largest index of refraction that is read. An ior of 0 stands for "reflects everything" in KHR_materials_ior.
 const MAX_IOR: f32 = 100.0;
 /// Least transmission colour of a volume: -ln of it is the largest optical depth at the attenuation distance.
 const DARKEST_ATTENUATION: f32 = 1e-6;
-/// Alpha cut-off for BLEND materials.
-const BLEND_CUTOFF: f32 = 0.5;
+/// Alpha cut-off of masks that give none.
+const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// Converts the materials in file order. Textures that are used are listed in `used`; the references index that list.
 pub(super) struct Converter<'a> {
     root: &'a Root,
-    /// Texture indices of the file, in the order of [`TextureRef::texture`].
-    pub used: Vec<usize>,
+    /// Textures of the file and what they are, in the order of [`TextureRef::texture`].
+    pub used: Vec<(usize, Role)>,
     /// Where in `used` a texture is.
-    slots: HashMap<usize, u32>,
+    slots: HashMap<(usize, Role), u32>,
 }
 
 /// Brings values of one material into range and remembers whether it had to.
@@ -61,17 +62,14 @@ impl<'a> Converter<'a> {
     pub fn material(&mut self, index: usize, json: &JsonMaterial, notes: &mut Notes) -> Material {
         let mut material = self.core(index, json, notes);
         self.extensions(&mut material, index, json, notes);
-        material.alpha_cutoff = match &json.alpha_mode {
-            Checked::Valid(AlphaMode::Mask) => Some(json.alpha_cutoff.map_or(0.5, |c| c.0)),
-            Checked::Valid(AlphaMode::Blend) => {
-                notes.note(format!("material {index}: alpha blending is shown as a mask at {BLEND_CUTOFF}"));
-                Some(BLEND_CUTOFF)
-            }
-            _ => None,
+        material.alpha = match &json.alpha_mode {
+            Checked::Valid(AlphaMode::Mask) => Alpha::Mask(json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |c| c.0)),
+            Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
+            _ => Alpha::Opaque,
         };
-        if material.alpha_cutoff.is_some_and(|c| !c.is_finite()) {
-            notes.fault(format!("material {index}: the alpha cut-off is not finite and was set to 0.5"));
-            material.alpha_cutoff = Some(0.5);
+        if matches!(material.alpha, Alpha::Mask(cutoff) if !cutoff.is_finite()) {
+            notes.fault(format!("material {index}: the alpha cut-off is not finite and was set to {DEFAULT_CUTOFF}"));
+            material.alpha = Alpha::Mask(DEFAULT_CUTOFF);
         }
         material
     }
@@ -90,11 +88,11 @@ impl<'a> Converter<'a> {
             roughness: range.clamp("roughness", pbr.roughness_factor.0, UNIT),
             emissive: range.clamp_all("emission", emissive.map(|e| e * strength), RADIANCE),
             double_sided: json.double_sided,
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), range.notes),
-            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), range.notes),
+            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Role::Color, range.notes),
+            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Role::Data, range.notes),
             normal_texture: json.normal_texture.as_ref().and_then(|t| self.normal_texture(t, range.notes)),
             normal_scale: json.normal_texture.as_ref().map_or(1.0, |t| if t.scale.is_finite() { t.scale } else { 1.0 }),
-            emissive_texture: self.texture(json.emissive_texture.as_ref(), range.notes),
+            emissive_texture: self.texture(json.emissive_texture.as_ref(), Role::Color, range.notes),
             ..Material::default()
         }
     }
@@ -111,14 +109,15 @@ impl<'a> Converter<'a> {
             material.specular = range.clamp("specular factor", specular.specular_factor.0, UNIT);
             material.specular_color =
                 range.clamp_all("specular colour", specular.specular_color_factor.0, [0.0, f32::MAX]);
-            material.specular_texture = self.texture(specular.specular_texture.as_ref(), range.notes);
+            material.specular_texture = self.texture(specular.specular_texture.as_ref(), Role::Data, range.notes);
             if specular.specular_color_texture.is_some() {
                 range.notes.note(format!("material {index}: the specular colour texture is ignored"));
             }
         }
         if let Some(transmission) = &extensions.transmission {
             material.transmission = range.clamp("transmission", transmission.transmission_factor.0, UNIT);
-            material.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), range.notes);
+            material.transmission_texture =
+                self.texture(transmission.transmission_texture.as_ref(), Role::Data, range.notes);
         }
         if let Some(volume) = &extensions.volume {
             let thickness = range.clamp("thickness", volume.thickness_factor.0, [0.0, f32::MAX]);
@@ -130,27 +129,27 @@ impl<'a> Converter<'a> {
             } else if material.volume {
                 // KHR_materials_volume: T(x) = colour^(x / distance) = exp(-absorption x).
                 let depth = color.map(|c| -c.max(DARKEST_ATTENUATION).ln());
-                material.absorption = range.clamp_all("absorption", depth.map(|d| (d / distance).abs()), [0.0, 1e20]);
+                material.absorption = range.clamp_all("absorption", depth.map(|d| (d / distance).abs()), [0.0, 1e30]);
             }
         }
     }
 
-    fn texture(&mut self, info: Option<&Info>, notes: &mut Notes) -> Option<TextureRef> {
+    fn texture(&mut self, info: Option<&Info>, role: Role, notes: &mut Notes) -> Option<TextureRef> {
         let info = info?;
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.clone());
-        self.reference(info.index, info.tex_coord, transform, notes)
+        self.reference((info.index, role), info.tex_coord, transform, notes)
     }
 
     /// Normal textures keep KHR_texture_transform among the extensions that the typed JSON does not know.
     fn normal_texture(&mut self, info: &NormalTexture, notes: &mut Notes) -> Option<TextureRef> {
         let raw = info.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
         let transform = raw.and_then(|raw| serde_json::from_value(raw.clone()).ok());
-        self.reference(info.index, info.tex_coord, transform, notes)
+        self.reference((info.index, Role::Normal), info.tex_coord, transform, notes)
     }
 
     fn reference(
         &mut self,
-        texture: Index<gltf::json::Texture>,
+        (texture, role): (Index<gltf::json::Texture>, Role),
         uv_set: u32,
         transform: Option<TextureTransform>,
         notes: &mut Notes,
@@ -170,8 +169,8 @@ impl<'a> Converter<'a> {
             notes.fault(format!("texture {index}: its transform is not finite; the texture is ignored"));
             return None;
         }
-        let texture = *self.slots.entry(index).or_insert_with(|| {
-            self.used.push(index);
+        let texture = *self.slots.entry((index, role)).or_insert_with(|| {
+            self.used.push((index, role));
             self.used.len() as u32 - 1
         });
         Some(TextureRef { texture, uv_set, transform: matrix })

@@ -16,7 +16,7 @@ use super::document::Document;
 use super::nodes::{self, Hierarchy, Placed};
 use super::{Limits, Notes, Outcome};
 use crate::scene::flatten::Tangents;
-use crate::scene::transform::is_singular;
+use crate::scene::transform::spans_a_plane;
 use crate::scene::world::Needed;
 use crate::scene::{Instance, MaterialId, Mesh, MeshId, Scene, TextureRef};
 
@@ -207,8 +207,8 @@ impl<'a> MeshReader<'a> {
     fn placement(&mut self, placed: &Placed, hierarchy: &Hierarchy, notes: &mut Notes) -> Outcome<Option<Placement>> {
         let root = &self.document.root;
         let Some(index) = root.nodes[placed.node].skin.map(|s| s.value()) else {
-            if !placed.to_world.is_finite() || is_singular(&placed.to_world) {
-                notes.fault(format!("node {}: its transform is singular; its mesh was skipped", placed.node));
+            if !placed.to_world.is_finite() || !spans_a_plane(&placed.to_world) {
+                notes.fault(format!("node {}: its transform leaves no surface; its mesh was skipped", placed.node));
                 return Ok(None);
             }
             return Ok(Some(Placement::Rigid(placed.to_world.into())));

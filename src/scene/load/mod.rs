@@ -17,12 +17,17 @@ mod material;
 mod mesh;
 mod nodes;
 mod resolve;
+mod unit;
 
 use std::path::{Path, PathBuf};
 
+use glam::DMat4;
+
 use self::document::Document;
+use self::images::{Images, Role};
 use self::material::Converter;
 use self::resolve::{Folder, read_limited};
+use self::unit::Unit;
 use crate::error::{Error, Result};
 
 use crate::scene::{EnvironmentFile, Material, Scene, World};
@@ -76,7 +81,7 @@ impl Default for Limits {
 type Outcome<T> = std::result::Result<T, String>;
 
 /// Warnings collected while loading.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Notes {
     /// What the user should know; no sentence twice.
     list: Vec<String>,
@@ -154,53 +159,58 @@ pub fn load(path: &Path, limits: &Limits) -> Result<Scene> {
 /// # Errors
 /// As [`load`], for either file.
 pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>, limits: &Limits) -> Result<Scene> {
-    let mut scene = read(path, limits)?;
+    let (mut scene, dim) = read(path, limits)?;
     if let Some(file) = environment {
         let (map, warnings) = file.load(limits)?;
         scene.files.push(file.path.clone());
         scene.environment = Some(map);
         scene.warnings.extend(warnings);
+    } else {
+        scene.warnings.extend(dim);
     }
     scene.ensure_light();
     scene.ensure_camera();
     Ok(scene)
 }
 
-fn read(path: &Path, limits: &Limits) -> Result<Scene> {
+/// A scene that may lack light and camera, and what to tell of its light if there is no other.
+fn read(path: &Path, limits: &Limits) -> Result<(Scene, Option<String>)> {
     let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, "read", e))?;
     if !metadata.is_file() {
         return Err(Error::scene(path, "is not a regular file"));
     }
     let bytes = read_limited(path, limits.file_bytes).map_err(|cause| Error::scene(path, cause))?;
     let scene = Folder::of(path, limits.file_bytes).and_then(|folder| assemble(&bytes, &folder, limits));
-    scene.map(|scene| Scene { path: path.to_owned(), ..scene }).map_err(|cause| Error::scene(path, cause))
+    scene.map(|(scene, dim)| (Scene { path: path.to_owned(), ..scene }, dim)).map_err(|cause| Error::scene(path, cause))
 }
 
-/// From the bytes of the file to a scene, which may still lack light and camera.
-fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Scene> {
+/// The same from the bytes of the file.
+fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<(Scene, Option<String>)> {
     let mut notes = Notes::default();
     let document = Document::parse(bytes, folder, limits, &mut notes)?;
     let root = &document.root;
-    let hierarchy = nodes::walk(root, limits, &mut notes)?;
-    let used = mesh::used_materials(root, &hierarchy);
-    let (materials, textures) = materials(&document, &used, &mut notes);
-    let mut scene = Scene {
-        lights: lights::lights(root, &hierarchy.placed, &mut notes)?,
-        cameras: lights::cameras(root, &hierarchy.placed, &mut notes)?,
-        materials,
-        files: named_files(root, folder),
-        ..Scene::default()
-    };
-    mesh::MeshReader::new(&document, limits, &used).add_all(&hierarchy, &mut scene, &mut notes)?;
+    let mut first = notes.clone();
+    let (mut scene, mut textures) = placed(&document, DMat4::IDENTITY, limits, &mut first)?;
+    if let Some(unit) = Unit::needed(&scene) {
+        (scene, textures) = placed(&document, unit.root(), limits, &mut notes)?;
+        unit.apply(&mut scene)?;
+        notes.note(unit.note());
+    } else {
+        notes = first;
+    }
+    scene.files = named_files(root, folder);
     let world = World::of(&scene);
     scene.skipped.add(world.skipped);
     notes.replaced_normals(world.replaced_normals);
-    let slots = image_slots(&document, &textures);
-    scene.images = images::images(&document, folder, &slots, limits, &mut notes)?;
-    scene.textures = textures.iter().map(|&t| material::sampler(root, t, slot_of(&document, &slots, t))).collect();
+    let wanted = wanted_images(&document, &textures);
+    let Images { images, places } = images::images(&document, folder, &wanted, limits, &mut notes)?;
+    scene.images = images;
+    let image = |texture| wanted.binary_search(&image_of(&document, texture)).map_or(0, |at| places[at]);
+    scene.textures = textures.iter().map(|&t| material::sampler(root, t.0, image(t))).collect();
     count_skipped(&scene, &mut notes);
     scene.warnings = notes.finish(limits)?;
-    Ok(scene)
+    let dim = scene.dim_light(&world);
+    Ok((scene, dim))
 }
 
 /// The files of buffers and images, also of those that no part of the scene uses.
@@ -213,8 +223,27 @@ fn named_files(root: &gltf::json::Root, folder: &Folder) -> Vec<PathBuf> {
     files
 }
 
-/// The materials in use, never none, and the textures they use (indices of the file).
-fn materials(document: &Document, used: &[Option<usize>], notes: &mut Notes) -> (Vec<Material>, Vec<usize>) {
+/// What the document places in the world, with `start` before all of it, and the textures in use.
+fn placed(document: &Document, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<(Scene, Vec<UsedTexture>)> {
+    let root = &document.root;
+    let hierarchy = nodes::walk(root, start, limits, notes)?;
+    let used = mesh::used_materials(root, &hierarchy);
+    let (materials, textures) = materials(document, &used, notes);
+    let mut scene = Scene {
+        lights: lights::lights(root, &hierarchy.placed, notes)?,
+        cameras: lights::cameras(root, &hierarchy.placed, notes)?,
+        materials,
+        ..Scene::default()
+    };
+    mesh::MeshReader::new(document, limits, &used).add_all(&hierarchy, &mut scene, notes)?;
+    Ok((scene, textures))
+}
+
+/// A texture of the file, and what it is to materials.
+type UsedTexture = (usize, Role);
+
+/// The materials in use, never none, and the textures they use.
+fn materials(document: &Document, used: &[Option<usize>], notes: &mut Notes) -> (Vec<Material>, Vec<UsedTexture>) {
     let mut converter = Converter::new(&document.root);
     let mut materials: Vec<Material> = used
         .iter()
@@ -229,17 +258,16 @@ fn materials(document: &Document, used: &[Option<usize>], notes: &mut Notes) -> 
     (materials, converter.used)
 }
 
-/// The images of the textures in use, each once.
-fn image_slots(document: &Document, textures: &[usize]) -> Vec<usize> {
-    let mut slots: Vec<usize> = textures.iter().map(|&t| document.root.textures[t].source.value()).collect();
-    slots.sort_unstable();
-    slots.dedup();
-    slots
+/// The images of the textures in use and what they are, each once, in ascending order.
+fn wanted_images(document: &Document, textures: &[UsedTexture]) -> Vec<(usize, Role)> {
+    let mut wanted: Vec<_> = textures.iter().map(|&texture| image_of(document, texture)).collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    wanted
 }
 
-fn slot_of(document: &Document, slots: &[usize], texture: usize) -> u32 {
-    let image = document.root.textures[texture].source.value();
-    slots.binary_search(&image).map_or(0, |slot| slot as u32)
+fn image_of(document: &Document, (texture, role): UsedTexture) -> (usize, Role) {
+    (document.root.textures[texture].source.value(), role)
 }
 
 fn count_skipped(scene: &Scene, notes: &mut Notes) {

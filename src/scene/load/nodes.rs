@@ -25,13 +25,14 @@ pub(super) struct Hierarchy {
 
 /// Walks the default scene (or the first, or all root nodes where the file has no scenes).
 ///
-/// Fails on cycles, nodes with several parents, and hierarchies deeper than the limit.
-pub(super) fn walk(root: &Root, limits: &Limits, notes: &mut Notes) -> Outcome<Hierarchy> {
+/// `start` is a map of the whole world. Fails on cycles, nodes with several parents, and hierarchies deeper than the
+/// limit.
+pub(super) fn walk(root: &Root, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<Hierarchy> {
     let parents = count_parents(root)?;
     let roots = scene_roots(root, &parents, notes)?;
     let mut hierarchy = Hierarchy { placed: Vec::new(), world: vec![DMat4::IDENTITY; root.nodes.len()] };
     let mut visited = vec![false; root.nodes.len()];
-    let mut stack: Vec<(usize, DMat4, u32)> = roots.iter().rev().map(|&i| (i, DMat4::IDENTITY, 0)).collect();
+    let mut stack: Vec<(usize, DMat4, u32)> = roots.iter().rev().map(|&i| (i, start, 0)).collect();
     while let Some((i, parent, depth)) = stack.pop() {
         let node = root.nodes.get(i).ok_or_else(|| format!("node {i} does not exist"))?;
         if std::mem::replace(&mut visited[i], true) {
