@@ -284,6 +284,15 @@ Event scatter(Arrival a, uint seed, inout Differential f) {
     return e;
 }
 
+// The photon goes straight on where the surface is not there; `t` is the length of its ray.
+Event pass_hole(Arrival a, float t, inout Differential f) {
+    f.dp_u += t * f.dd_u;
+    f.dp_v += t * f.dd_v;
+    uint medium = medium_behind(a.s, a.state & PATH_MEDIUM_MASK);
+    uint state = (a.state & ~PATH_MEDIUM_MASK) | medium;
+    return Event(a.d, vec3(1.0), 1.0 - a.s.opacity, state, INFINITY);
+}
+
 // What a photon takes with it where its way ends.
 struct End {
     vec3 flux;
@@ -357,15 +366,13 @@ void main() {
         else if (!deposit(j, s, d, photon_flux, landed, rays[2u * slot + 1u].w) && CAUSTIC) end = ENERGY_CLAMPED;
     }
     uint seed = seed_of(slot);
+    Arrival at = Arrival(s, normal, d, state, photon_flux.w);
     Event e;
     if (ALPHA_MASK && unit_float(hash(seed ^ SALT_COVERAGE)) >= s.opacity) {
-        f.dp_u += hit.t * f.dd_u;
-        f.dp_v += hit.t * f.dd_v;
-        uint behind = (state & ~PATH_MEDIUM_MASK) | medium_behind(s, medium);
-        e = Event(d, vec3(1.0), 1.0 - s.opacity, behind, INFINITY);
+        e = pass_hole(at, hit.t, f);
     } else {
         f = landed;
-        e = scatter(Arrival(s, normal, d, state, photon_flux.w), seed, f);
+        e = scatter(at, seed, f);
         e.probability *= s.opacity;
     }
     vec3 carried = photon_flux.rgb * e.weight;
