@@ -271,10 +271,10 @@ const LATE: u64 = 1 << 16;
 fn caustic_of_a_ring_as_by_late_photons() {
     let (size, part) = ([96, 96], (&BY_LIGHT[..], 16));
     let light = settings(Method::Light, size, 32_768);
-    let found = render(&ring(1.0), &light, 0..64, part);
-    let photons = render(&ring(1.0), &settings(Method::Photons, size, 65_536), LATE..LATE + 64, part);
+    let found = render(&ring(1.0), &light, 0..32, part);
+    let photons = render(&ring(1.0), &settings(Method::Photons, size, 65_536), LATE..LATE + 32, part);
     assert!(found.test(&photons).passed);
-    let brighter = render(&ring(1.1), &light, 64..128, part);
+    let brighter = render(&ring(1.1), &light, 32..64, part);
     assert!(!brighter.test(&photons).passed, "a brighter floor must be noticed");
 }
 
@@ -356,12 +356,12 @@ fn light_through_glass_as_by_late_photons() {
     assert!(wanted.contains(&false) && wanted.iter().filter(|x| **x).count() > 30, "{wanted:?}");
     let part = (&BY_LIGHT[..], side);
     let light = settings(Method::Light, size, 32_768);
-    let found = render(&scene, &light, 0..64, part).only(&wanted);
-    let photons = render(&scene, &settings(Method::Photons, size, 65_536), LATE..LATE + 64, part).only(&wanted);
+    let found = render(&scene, &light, 0..32, part).only(&wanted);
+    let photons = render(&scene, &settings(Method::Photons, size, 65_536), LATE..LATE + 32, part).only(&wanted);
     assert!(found.test(&photons).passed);
     let mut changed = scene;
     changed.materials.iter_mut().for_each(|m| m.base_color[1] *= 1.1);
-    let changed = render(&changed, &light, 64..128, part).only(&wanted);
+    let changed = render(&changed, &light, 32..64, part).only(&wanted);
     assert!(!changed.test(&photons).passed, "brighter materials must be noticed");
 }
 
@@ -412,13 +412,14 @@ fn ring_is_the_reference() {
 #[test]
 fn path_tracing_gives_the_same_picture() {
     let mut scene = asset("cornell");
-    let (size, side) = ([32, 32], 8);
+    // Few passes of many pixels cost less than many of few.
+    let (size, side) = ([64, 64], 16);
     let light = render(&scene, &settings(Method::Light, size, 16_384), 0..64, (&[""], side));
     let path = settings(Method::Path, size, 1024);
-    assert!(render(&scene, &path, 0..512, (&[""], side)).test(&light).passed);
+    assert!(render(&scene, &path, 0..128, (&[""], side)).test(&light).passed);
     // Two percent of one colour in one of the two.
     scene.materials[0].base_color.iter_mut().take(3).for_each(|c| *c *= 1.02);
-    assert!(!render(&scene, &path, 512..1024, (&[""], side)).test(&light).passed, "two percent must be noticed");
+    assert!(!render(&scene, &path, 128..256, (&[""], side)).test(&light).passed, "two percent must be noticed");
 }
 
 #[test]

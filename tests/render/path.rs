@@ -339,8 +339,8 @@ fn photons_plan_no_paths() {
     assert!(paths.contains("path_scatter") && !paths.contains("photon_") && !paths.contains("gather_"), "{paths}");
 }
 
-/// The box of `../shared/scenes`, whose reference was made by other means. Blocks of 8 x 8 of a smaller picture; a
-/// pixel of it is 4 x 4 of the reference.
+/// The box of `../shared/scenes`, whose reference was made by other means. Blocks of 16 x 16 of a smaller picture; a
+/// pixel of it is 2 x 2 of the reference.
 #[test]
 fn cornell_agrees_with_its_reference() {
     let Some(folder) = shared::path("scenes/cornell") else { return };
@@ -356,7 +356,7 @@ fn cornell_agrees_with_its_reference() {
     // Its noise is given as relMSE 4.9e-5, 0.7 % of a pixel; within a block at least a pixel in 16 is independent.
     let known: Vec<f64> = expected.iter().map(|x| 0.007 * x / (side as f64 / 4.0)).collect();
     let test = |scene: &Scene| {
-        let found = render(scene, &path(64), 8, 0..320);
+        let found = render(scene, &path(128), 16, 0..80);
         println!("precision {}", found.precision());
         z_test(&found.mean, &found.error, &expected, &known, 0.01)
     };
