@@ -5,10 +5,8 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 
-// One entry per subgroup; subgroups are never smaller than one invocation. What is read and what is written after a
-// barrier are two arrays, so that tools that look for races need not tell elements apart.
+// One entry per subgroup; subgroups are never smaller than one invocation.
 shared uint s_subgroup[gl_WorkGroupSize.x];
-shared uint s_before[gl_WorkGroupSize.x];
 shared uint s_total;
 
 // Defines `uint NAME(uint value, out uint total)`: the exclusive scan, and the reduction of the whole workgroup.
@@ -28,12 +26,12 @@ shared uint s_total;
                 uint part = index < gl_NumSubgroups ? s_subgroup[index] : 0u;             \
                 uint place = COMBINE(carry, EXCLUSIVE(part));                             \
                 carry = COMBINE(carry, REDUCE(part));                                     \
-                if (index < gl_NumSubgroups) s_before[index] = place;                     \
+                if (index < gl_NumSubgroups) s_subgroup[index] = place;                   \
             }                                                                             \
             if (subgroupElect()) s_total = carry;                                         \
         }                                                                                 \
         barrier();                                                                        \
-        uint result = COMBINE(s_before[gl_SubgroupID], before);                           \
+        uint result = COMBINE(s_subgroup[gl_SubgroupID], before);                         \
         total = s_total;                                                                  \
         barrier(); /* the shared words may be used again */                               \
         return result;                                                                    \
