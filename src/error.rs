@@ -3,6 +3,7 @@
 //! The library never prints, exits or panics on input; it returns an [`Error`]. An error names causes, and settings by
 //! their fields. It never names flags of the command line, which adds them as advice.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -175,13 +176,31 @@ impl Error {
     }
 }
 
+/// Whether a character of a name can be printed: none that a terminal obeys, that breaks a line, or that hides or turns
+/// the text around it (Unicode's formatting characters).
+pub fn is_plain(c: char) -> bool {
+    !c.is_control()
+        && !matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// A name from a file as it can be printed in a line: other characters are written as `\u{1b}`.
+pub fn escaped(name: &str) -> Cow<'_, str> {
+    if name.chars().all(is_plain) {
+        return Cow::Borrowed(name);
+    }
+    let one = |c: char| if is_plain(c) { c.to_string() } else { c.escape_unicode().to_string() };
+    Cow::Owned(name.chars().map(one).collect())
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(what) => write!(f, "{what}"),
             Self::Setting { settings, cause } => write!(f, "{}: {cause}", settings.join(" and ")),
-            Self::Scene { path, what } => write!(f, "{}: {what}", path.display()),
-            Self::Io { path, action, source } => write!(f, "{}: cannot {action}: {source}", path.display()),
+            Self::Scene { path, what } => write!(f, "{}: {what}", shown(path)),
+            Self::Io { path, action, source } => write!(f, "{}: cannot {action}: {source}", shown(path)),
             Self::NoDevice(what) => write!(f, "no usable Vulkan device: {what}"),
             Self::MissingFeature { device, feature, .. } => write!(f, "device '{device}' lacks {feature}"),
             Self::Vulkan { call, object, code } => write!(f, "{call} failed for '{object}' with VkResult {code}"),
@@ -203,11 +222,38 @@ impl fmt::Display for Error {
     }
 }
 
+/// Lines of text as they can be printed: as [`escaped`], but lines stay lines.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if text.chars().all(|c| is_plain(c) || matches!(c, '\n' | '\t')) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.split('\n').map(escaped).collect::<Vec<_>>().join("\n"))
+}
+
+fn shown(path: &Path) -> String {
+    escaped(&path.to_string_lossy()).into_owned()
+}
+
 impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Io { source, .. } => Some(source),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_letters_and_lose_what_a_terminal_obeys() {
+        for plain in ["k\u{e4}se \u{7acb}", "a-b_c.glb", "\u{2764}\u{fe0f}", ""] {
+            assert_eq!(escaped(plain), plain);
+        }
+        assert_eq!(escaped("a\u{1b}[31m\nb\u{202e}c\u{9b}d\u{7f}"), "a\\u{1b}[31m\\u{a}b\\u{202e}c\\u{9b}d\\u{7f}");
+        let error = Error::scene("a\nb.glb", "is damaged");
+        assert_eq!(error.to_string(), "a\\u{a}b.glb: is damaged");
     }
 }

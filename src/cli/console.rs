@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, printable};
 
-/// Prints to standard output. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
+/// Prints to standard output, without what a terminal would obey. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
 pub(super) fn print(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    match writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush()) {
+    match writeln!(stdout, "{}", printable(text.trim_end())).and_then(|()| stdout.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::io("standard output", "write", source))
         }

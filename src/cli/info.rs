@@ -9,11 +9,12 @@ use super::console::print;
 use super::environment::EnvironmentArgs;
 use super::inputs::check_readable;
 use super::numbers::bytes;
+use super::reading::ReadingArgs;
 use super::values::{self, Size};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, escaped};
 use crate::graph::DeviceClass;
 use crate::render::{Outline, Saving, Savings, Settings, savings};
-use crate::scene::{self, Limits, Needs, Scene, Summary};
+use crate::scene::{Needs, Scene, Summary};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,6 +33,10 @@ pub struct InfoArgs {
     /// The environment map to assume.
     #[command(flatten)]
     pub environment: EnvironmentArgs,
+
+    /// How the scene is read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
 
     /// Picture size to assume, in pixels
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
@@ -59,7 +64,7 @@ struct Facts<'a> {
 pub fn run(args: &InfoArgs) -> Result<()> {
     check_readable(&args.scene)?;
     args.environment.environment.iter().try_for_each(|path| check_readable(path))?;
-    let scene = scene::load_with_environment(&args.scene, args.environment.file().as_ref(), &Limits::default())?;
+    let scene = args.reading.load(&args.scene, &args.environment)?;
     if scene.cameras.is_empty() {
         return Err(Error::scene(&args.scene, "no camera"));
     }
@@ -106,6 +111,7 @@ impl Facts<'_> {
             format!("  materials    {}", s.materials),
             format!("  textures     {} of {} images ({})", s.textures, s.images, bytes(s.image_bytes)),
             format!("  cameras      {}", s.cameras),
+            format!("  variants     {}", variants(&self.scene.variants)),
             format!("  on the host  {}", bytes(s.bytes())),
         ]
     }
@@ -118,6 +124,7 @@ impl Facts<'_> {
             "size": [self.size.width, self.size.height],
             "triangles": s.triangles, "triangles_skipped": self.savings.skipped_triangles, "vertices": s.vertices,
             "materials": s.materials, "textures": s.textures, "images": s.images, "cameras": s.cameras,
+            "variants": self.scene.variants,
             "lights": {
                 "point": point, "spot": spot, "directional": directional,
                 "emissive_triangles": s.emissive_triangles, "environment": s.environment,
@@ -131,6 +138,17 @@ impl Facts<'_> {
             "savings": self.savings.left_out.iter().map(saving_json).collect::<Value>(),
             "warnings": self.scene.warnings,
         })
+    }
+}
+
+/// Names of variants of the materials in quotes, or "none".
+fn variants(names: &[String]) -> String {
+    const MOST: usize = 20;
+    let quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("'{}'", escaped(name))).collect();
+    match names.len() {
+        0 => "none".into(),
+        1..=MOST => quoted.join(", "),
+        count => format!("{}, and {} more", quoted.join(", "), count - MOST),
     }
 }
 

@@ -19,6 +19,7 @@ mod interrupt;
 mod merge;
 mod numbers;
 mod progress;
+mod reading;
 mod render;
 mod study;
 mod values;

@@ -5,6 +5,7 @@ use std::io::{IsTerminal, Write};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::numbers::{clock, percent, si};
+use crate::error::printable;
 
 /// Totals of a render so far.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -131,7 +132,7 @@ fn bar() -> ProgressBar {
 
 /// A render goes on even if standard error is closed.
 fn say(sentence: &str) {
-    let _ = writeln!(std::io::stderr(), "{sentence}");
+    let _ = writeln!(std::io::stderr(), "{}", printable(sentence));
 }
 
 /// Whether a line is due at this rendering time, and if so, when the next one is.

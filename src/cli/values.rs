@@ -268,6 +268,10 @@ mod tests {
         assert_eq!(choose_camera("2", &names).ok(), Some(2));
         let error = choose_camera("3", &names).expect_err("three cameras");
         assert_eq!(error.to_string(), "no camera '3'; the scene has 0 'front', 1 '0', 2 'side'");
+        let error = choose_camera("top", &["", "a\u{1b}[2J", ""]).expect_err("no such name");
+        assert_eq!(error.to_string(), "no camera 'top'; the scene has 0, 1 'a\\u{1b}[2J', 2");
+        let error = choose_camera("top", &[""; 30]).expect_err("no such name");
+        assert!(error.to_string().ends_with(" 18, 19, others up to 29"), "{error}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::world::Survey;
 use super::{Camera, Environment, Material, Projection, Scene, World};
 
 /// Axis-aligned bounds in scene units.
@@ -80,22 +81,15 @@ impl Scene {
     }
 
     /// Tells of a scene that only emissive surfaces light, and next to nothing: labels and lamps of instruments are no
-    /// lights. `world` is the scene's.
-    pub(super) fn dim_light(&self, world: &World) -> Option<String> {
+    /// lights. `survey` is the scene's.
+    pub(super) fn dim_light(&self, survey: &Survey) -> Option<String> {
         /// Radiance of white surfaces that is seen as black.
         const BLACK: f64 = 0.005;
         if self.environment.is_some() || !self.lights.is_empty() || !self.has_light() {
             return None;
         }
-        let brightest = |m: &Material| m.emissive.into_iter().fold(0.0, f32::max);
-        let (mut all, mut emitted) = (0.0, 0.0);
-        for (id, material) in (0..).zip(&world.material) {
-            let area = world.area(id);
-            all += area;
-            emitted += area * f64::from(brightest(&self.materials[*material as usize]));
-        }
         // The radiance of a white surface that all light falls on evenly.
-        let typical = emitted / all;
+        let typical = survey.emitted / survey.area;
         (typical < BLACK).then(|| {
             format!("only what surfaces emit lights the scene, and white is about {typical:.1e} there: {MAP_HELPS}")
         })
@@ -127,6 +121,7 @@ mod tests {
     use super::*;
     use crate::scene::Light;
     use crate::scene::shapes::Mesh;
+    use crate::scene::world::survey;
 
     fn boxed(scale: f32) -> Scene {
         let mut scene = Scene::default();
@@ -160,7 +155,7 @@ mod tests {
 
     #[test]
     fn scenes_that_labels_light_are_told_of() {
-        let told = |scene: &Scene| scene.dim_light(&World::of(scene));
+        let told = |scene: &Scene| scene.dim_light(&survey(scene));
         let mut scene = boxed(1.0);
         assert_eq!(told(&scene), None, "a sky will light it");
         let label = Mesh::quad([0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]);

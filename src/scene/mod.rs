@@ -26,7 +26,7 @@ use std::path::PathBuf;
 
 pub use environment::EnvironmentFile;
 pub use ids::{CameraId, InstanceId, LightId, MaterialId, MeshId};
-pub use load::{Limits, load, load_with_environment};
+pub use load::{Choices, Limits, load, load_with, load_with_environment};
 pub use mesh::{Instance, Mesh};
 pub use needs::Needs;
 pub use summary::Summary;
@@ -61,6 +61,9 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Counts of input that had to be left out.
     pub skipped: Skipped,
+    /// Names of the variants of materials that the file has (KHR_materials_variants), one of which can be chosen when it
+    /// is loaded.
+    pub variants: Vec<String>,
 }
 
 /// glTF 2.0 metallic-roughness material with the extensions nephroid supports. Factors multiply textures.
@@ -169,6 +172,18 @@ impl Material {
         ]
         .into_iter()
         .flatten()
+    }
+
+    /// The places for uses of textures.
+    fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 6] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.normal_texture,
+            &mut self.emissive_texture,
+            &mut self.transmission_texture,
+            &mut self.specular_texture,
+        ]
     }
 }
 

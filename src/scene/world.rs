@@ -193,6 +193,51 @@ fn index_range(range: &Range<u32>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
+impl Scene {
+    /// Triangles of all visible instances, those included that a world leaves out.
+    pub fn triangle_count(&self) -> u64 {
+        let visible = self.instances.iter().filter(|instance| instance.visible);
+        visible.map(|instance| self.meshes[instance.mesh.index()].triangles.len() as u64).sum()
+    }
+
+    /// Triangles that a world leaves out.
+    pub(crate) fn skipped_triangles(&self) -> u64 {
+        let skipped = survey(self).skipped;
+        skipped.degenerate_triangles + skipped.non_finite_triangles
+    }
+}
+
+/// What is known of a world without making it.
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    pub skipped: Skipped,
+    pub replaced_normals: bool,
+    /// Area of all triangles, in square scene units.
+    pub area: f64,
+    /// The same, each triangle times the largest component of what its material emits.
+    pub emitted: f64,
+}
+
+/// Looks at each instance of a scene as it is in the world, one after the other.
+pub(super) fn survey(scene: &Scene) -> Survey {
+    // Tangents and texture coordinates make no difference here.
+    let needed = Needed { uvs: [false; 2], tangents: false, colors: false };
+    let mut survey = Survey::default();
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh.index()];
+        let mut alone = World::default();
+        alone.append(mesh, flattened(scene, instance, &needed), &needed);
+        alone.count();
+        survey.skipped.add(alone.skipped);
+        survey.replaced_normals |= alone.replaced_normals;
+        let area: f64 = (0..alone.triangles.len() as u32).map(|triangle| alone.area(triangle)).sum();
+        survey.area += area;
+        let emissive = scene.materials[mesh.material.index()].emissive;
+        survey.emitted += area * f64::from(emissive.into_iter().fold(0.0, f32::max));
+    }
+    survey
+}
+
 /// An instance in the world; nothing where it is not visible.
 fn flattened(scene: &Scene, instance: &Instance, needed: &Needed) -> Flat {
     if !instance.visible {

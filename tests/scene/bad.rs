@@ -26,6 +26,20 @@ fn all_fail(files: &Files, cases: &[Case]) {
     }
 }
 
+/// Loads every case and finds its warning; under [`Limits::strict`] it fails.
+fn all_warn(files: &Files, cases: &[Case]) {
+    for (name, bytes, expected) in cases {
+        let file = if bytes.starts_with(b"glTF") { "scene.glb" } else { "scene.gltf" };
+        let scene = files.load(file, bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+        scene.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+        assert_eq!(scene.instances.len(), 1, "{name}");
+        assert!(scene.warnings.iter().any(|warning| warning.contains(expected)), "{name}: {:?}", scene.warnings);
+        let strict = Limits { strict: true, ..Limits::default() };
+        let error = load(&files.write(file, bytes), &strict).map(|_| ()).expect_err(name);
+        assert_eq!(error.exit_code(), 2, "{name}");
+    }
+}
+
 /// A binary file with one member of the valid document changed.
 fn changed(pointer: &str, value: Value) -> Vec<u8> {
     glb(&with(pointer, value), &triangle_bin())
@@ -53,22 +67,46 @@ fn containers() {
         ("random bytes", random, "JSON"),
         ("header only in part", whole[..7].to_vec(), "header is cut"),
         ("header only", whole[..12].to_vec(), "announces"),
+        ("header only, as it says", [&whole[..8], &[12, 0, 0, 0]].concat(), "not JSON"),
         ("cut in JSON", whole[..60].to_vec(), "announces"),
         ("cut in BIN", whole[..whole.len() - 4].to_vec(), "announces"),
         ("version 1", patched(4, &[1]), "version 1"),
-        ("length below the header", patched(8, &[3, 0, 0, 0]), "announces 3 bytes"),
-        ("huge length", patched(8, &[255; 4]), "announces 4294967295"),
         ("JSON chunk too long", patched(12, &[255, 255, 255, 127]), "chunk 0"),
         ("BIN chunk too long", patched(bin_header, &[255, 255, 0, 0]), "chunk 1"),
-        ("chunk header cut", patched(8, &(bin_header as u32 + 3).to_le_bytes()), "chunk header is cut"),
         ("BIN comes first", patched(16, b"BIN\0"), "not JSON"),
-        ("JSON is not UTF-8", patched(24, &[0xFF]), "JSON"),
-        ("nested without end", vec![b'['; 100_000], "recursion"),
+        ("a name that is not UTF-8", patched(24, &[0xFF]), "accessor 0 does not exist"),
+        ("nested without end", vec![b'['; 100_000], "JSON"),
         ("only a number", b"1".to_vec(), "glTF"),
-        ("number too large", b"{\"asset\": 1e999}".to_vec(), "number"),
+        ("number too large", b"{\"asset\": 1e999}".to_vec(), "asset"),
         ("no asset", b"{}".to_vec(), "asset"),
     ];
     all_fail(&Files::new(), &cases);
+    let cut = (bin_header as u32 + 3).to_le_bytes();
+    all_warn(
+        &Files::new(),
+        &[
+            ("length below the header", patched(8, &[3, 0, 0, 0]), "announces 3 bytes"),
+            ("huge length", patched(8, &[255; 4]), "announces 4294967295"),
+            ("length inside of a chunk header", patched(8, &cut), "announces"),
+            ("NUL after the JSON", [triangle_with_data().to_string().as_bytes(), b"\0\0 \0"].concat(), "NUL"),
+            ("a name in Latin-1", named_in_latin_1(), "not UTF-8"),
+        ],
+    );
+}
+
+/// [`triangle`] with its buffer as a data URI.
+fn triangle_with_data() -> Value {
+    let digits = triangle_bin().iter().map(|byte| format!("%{byte:02X}")).collect::<String>();
+    with("/buffers/0/uri", json!(format!("data:,{digits}")))
+}
+
+fn named_in_latin_1() -> Vec<u8> {
+    let mut json = triangle_with_data();
+    set(&mut json, "/nodes/0/name", json!("K?se"));
+    let mut bytes = json.to_string().into_bytes();
+    let at = bytes.windows(4).position(|name| name == b"K?se").unwrap();
+    bytes[at + 1] = 0xE4;
+    bytes
 }
 
 #[test]
@@ -76,52 +114,102 @@ fn structure() {
     let cases: Vec<Case> = vec![
         ("version 3", changed("/asset/version", json!("3.0")), "version 3.0"),
         ("newer reader needed", changed("/asset/minVersion", json!("2.1")), "2.1"),
-        ("required extension", changed("/extensionsRequired", json!(["KHR_draco_mesh_compression"])), "KHR_draco"),
-        ("scene out of range", changed("/scene", json!(7)), "scene"),
-        ("node out of range", changed("/scenes/0/nodes", json!([9])), "out of range"),
-        ("mesh out of range", changed("/nodes/0/mesh", json!(1)), "out of range"),
-        ("index that wraps to 0", changed("/nodes/0/mesh", json!(4_294_967_296u64)), "out of range"),
-        ("negative index", changed("/nodes/0/mesh", json!(-1)), "glTF"),
-        ("node is its own child", changed("/nodes/0/children", json!([0])), "cycle"),
-        (
-            "cycle beside the scene",
-            changed("/nodes", json!([{"mesh": 0}, {"children": [2]}, {"children": [1]}])),
-            "cycle",
-        ),
-        (
-            "two parents",
-            changed("/nodes", json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}])),
-            "several parents",
-        ),
-        ("node twice in a scene", changed("/scenes/0/nodes", json!([0, 0])), "reached twice"),
-        ("short matrix", changed("/nodes/0/matrix", json!([1, 2, 3])), "glTF"),
-        ("material out of range", changed("/meshes/0/primitives/0/material", json!(5)), "out of range"),
+        ("required extension", changed("/extensionsRequired", json!(["ACME_shapes"])), "ACME_shapes"),
+        ("node out of range", changed("/scenes/0/nodes", json!([9])), "node 9 does not exist"),
+        ("mesh out of range", changed("/nodes/0/mesh", json!(1)), "mesh 1 does not exist"),
+        ("index that wraps to 0", changed("/nodes/0/mesh", json!(4_294_967_296u64)), "not an index"),
+        ("negative index", changed("/nodes/0/mesh", json!(-1)), "not an index"),
         ("unknown mode", changed("/meshes/0/primitives/0/mode", json!(9)), "mode"),
         ("no POSITION", changed("/meshes/0/primitives/0/attributes", json!({})), "POSITION"),
-        ("POSITION out of range", changed("/meshes/0/primitives/0/attributes/POSITION", json!(77)), "POSITION"),
-        ("unknown attribute", changed("/meshes/0/primitives/0/attributes/FOO", json!(0)), "not valid"),
-        (
-            "camera without projection",
-            {
-                let mut json = with("/cameras", json!([{"type": "perspective"}]));
-                set(&mut json, "/nodes/0/camera", json!(0));
-                glb(&json, &triangle_bin())
-            },
-            "camera",
-        ),
-        (
-            "spot angles",
-            {
-                let spot = json!({"type": "spot", "spot": {"innerConeAngle": 1.0, "outerConeAngle": 0.5}});
-                let mut json = with("/extensions", json!({"KHR_lights_punctual": {"lights": [spot]}}));
-                set(&mut json, "/nodes/0/extensions", json!({"KHR_lights_punctual": {"light": 0}}));
-                glb(&json, &triangle_bin())
-            },
-            "spot angles",
-        ),
-        ("light out of range", changed("/nodes/0/extensions", json!({"KHR_lights_punctual": {"light": 3}})), "light"),
+        ("POSITION out of range", changed("/meshes/0/primitives/0/attributes/POSITION", json!(77)), "accessor 77"),
+        ("a mesh that is a number", changed("/meshes/0", json!(7)), "mesh 0 is not an object"),
     ];
     all_fail(&Files::new(), &cases);
+}
+
+/// [`triangle`] with further members.
+fn and(members: &[(&str, Value)]) -> Vec<u8> {
+    let mut json = triangle();
+    members.iter().for_each(|(pointer, value)| set(&mut json, pointer, value.clone()));
+    glb(&json, &triangle_bin())
+}
+
+#[test]
+fn one_broken_part_does_not_stop_the_others() {
+    let mesh = json!({"mesh": 0});
+    let punctual = |index: u32| json!({"KHR_lights_punctual": {"light": index}});
+    let lamp = |light: Value, expected: &'static str| {
+        let lights = json!({"KHR_lights_punctual": {"lights": [light]}});
+        (expected, and(&[("/extensions", lights), ("/nodes/0/extensions", punctual(0))]), expected)
+    };
+    let spot = |spot: Value| json!({"type": "spot", "spot": spot});
+    let material = |member: &str, value: Value| changed(&format!("/materials/0/{member}"), value);
+    let cases: Vec<Case> = vec![
+        ("scene out of range", changed("/scene", json!(7)), "scene 7 does not exist"),
+        ("node is its own child", changed("/nodes/0/children", json!([0])), "listed twice"),
+        ("node twice in a scene", changed("/scenes/0/nodes", json!([0, 0])), "node 0 is listed twice"),
+        ("a node that is missing", changed("/scenes/0/nodes", json!([0, 9])), "node 9 does not exist"),
+        ("a node that is a text", and(&[("/nodes", json!([mesh, "x"])), ("/scenes/0/nodes", json!([0, 1]))]), "node 1"),
+        ("children that are none", changed("/nodes/0/children", json!([-1, "a"])), "not an index"),
+        ("short matrix", changed("/nodes/0/matrix", json!([1, 2, 3])), "16 numbers"),
+        (
+            "projective matrix",
+            changed("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])),
+            "last row",
+        ),
+        ("a translation of two", changed("/nodes/0/translation", json!([1, 2])), "3 numbers"),
+        ("skin out of range", changed("/nodes/0/skin", json!(4)), "skin 4 is ignored"),
+        ("camera out of range", changed("/nodes/0/camera", json!(4)), "camera 4 does not exist"),
+        ("material out of range", changed("/meshes/0/primitives/0/material", json!(5)), "material 5 does not exist"),
+        ("unknown attribute", changed("/meshes/0/primitives/0/attributes/FOO", json!(0)), "FOO is unknown"),
+        ("morph target that is a number", changed("/meshes/0/primitives/0/targets", json!([3])), "targets[0]"),
+        ("light out of range", changed("/nodes/0/extensions", punctual(3)), "light 3 does not exist"),
+        lamp(json!({"type": "candle"}), "the type candle is unknown"),
+        lamp(json!({}), "the type none is unknown"),
+        lamp(spot(json!({"innerConeAngle": 1.0, "outerConeAngle": 0.5})), "spot angles 1 and 0.5"),
+        lamp(spot(json!({"innerConeAngle": 0.6, "outerConeAngle": 0.6})), "spot angles 0.6 and 0.6"),
+        lamp(spot(json!({"innerConeAngle": -1, "outerConeAngle": 0.6})), "spot angles -1"),
+        lamp(spot(json!({"outerConeAngle": 1.6})), "spot angles 0 and 1.6"),
+        lamp(spot(json!({"outerConeAngle": 0})), "a spot angle of 0"),
+        lamp(json!({"type": "spot"}), "without 'spot'"),
+        (
+            "camera without projection",
+            and(&[("/cameras", json!([{"type": "perspective"}])), ("/nodes/0/camera", json!(0))]),
+            "the camera was skipped",
+        ),
+        ("a roughness in words", material("pbrMetallicRoughness", json!({"roughnessFactor": "0.5"})), "not a number"),
+        ("unknown alpha mode", material("alphaMode", json!("FADE")), "alpha mode FADE"),
+        ("texture out of range", material("normalTexture", json!({"index": 3})), "texture 3 does not exist"),
+        ("texture without index", material("emissiveTexture", json!({})), "names no texture"),
+        ("a buffer from nowhere", changed("/buffers/-", json!({"byteLength": 8})), "buffer 1: it has neither"),
+        ("a buffer that is a number", changed("/buffers/-", json!(8)), "buffer 1 is not an object"),
+    ];
+    all_warn(&Files::new(), &cases);
+}
+
+#[test]
+fn what_is_valid_makes_no_warning() {
+    let animation = json!([{"channels": [{"target": {"path": "pointer"}}], "samplers": 7}]);
+    let cases: [(&str, Vec<u8>); 8] = [
+        ("numbers with a fraction of zero", {
+            let text = triangle().to_string().replace("36", "3.6e1").replace("\"count\":3", "\"count\":3.0");
+            glb(&serde_json::from_str(&text).unwrap(), &triangle_bin())
+        }),
+        ("members that are null", changed("/nodes/0/skin", Value::Null)),
+        ("a channel without a target", changed("/animations", animation)),
+        ("nodes that nothing shows", changed("/nodes", json!([{"mesh": 0}, {"children": [2]}, {"children": [1]}]))),
+        ("a root with a parent", changed("/nodes", json!([{"mesh": 0}, {"children": [0]}]))),
+        ("an attribute of an application", changed("/meshes/0/primitives/0/attributes/_ID", json!(99))),
+        ("extras of any kind", changed("/extras", json!([{"mesh": -1}, "x", null]))),
+        ("a version that is a number", changed("/asset", json!({"version": 2.0}))),
+    ];
+    for (name, bytes) in cases {
+        let scene = Files::new().load("scene.glb", &bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(World::of(&scene).triangles.len(), 1, "{name}");
+        // About the missing light and camera, and animations.
+        let others = scene.warnings.iter().filter(|w| !w.contains("the scene has no") && !w.contains("animation"));
+        assert_eq!(others.count(), 0, "{name}: {:?}", scene.warnings);
+    }
 }
 
 #[test]
@@ -143,7 +231,6 @@ fn accessors() {
         ("count 0", changed("/accessors/0/count", json!(0)), "no elements"),
         ("count near 2^64", changed("/accessors/0/count", huge.clone()), "limit"),
         ("count that overflows", changed("/accessors/0/count", json!(1_537_228_672_809_129_302u64)), "limit"),
-        ("one too many", changed("/accessors/0/count", json!(4)), "12 bytes are missing"),
         ("offset near 2^64", changed("/accessors/0/byteOffset", huge.clone()), "missing"),
         (
             "zeros without end",
@@ -155,34 +242,40 @@ fn accessors() {
             "limit",
         ),
         ("POSITION as SCALAR", changed("/accessors/0/type", json!("SCALAR")), "cannot be read as Position"),
-        ("POSITION as bytes", changed("/accessors/0/componentType", json!(5121)), "cannot be read as Position"),
         ("unknown component type", changed("/accessors/0/componentType", json!(5124)), "componentType"),
         ("unknown type", changed("/accessors/0/type", json!("VEC5")), "type"),
-        ("signed indices", changed("/accessors/1/componentType", json!(5122)), "unsigned"),
-        ("vector indices", changed("/meshes/0/primitives/0/indices", json!(0)), "unsigned"),
-        ("fewer normals than vertices", fewer_normals, "2 elements of Normal for 3 vertices"),
+        ("signed indices", changed("/accessors/1/componentType", json!(5122)), "cannot be read as Index"),
+        ("vector indices", changed("/meshes/0/primitives/0/indices", json!(0)), "cannot be read as Index"),
         ("vertex index out of range", bad_index, "index 200 is out of range"),
-        (
-            "sparse count above count",
-            sparse(
-                json!({"count": 4, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}),
-            ),
-            "sparse",
-        ),
-        (
-            "sparse indices cut",
-            sparse(
-                json!({"count": 3, "indices": {"bufferView": 1, "componentType": 5125}, "values": {"bufferView": 0}}),
-            ),
-            "missing",
-        ),
-        (
-            "indices as normals",
-            changed("/meshes/0/primitives/0/attributes/NORMAL", json!(1)),
-            "cannot be read as Normal",
-        ),
     ];
     all_fail(&Files::new(), &cases);
+    all_warn(
+        &Files::new(),
+        &[
+            ("one too many", changed("/accessors/0/count", json!(4)), "12 bytes are missing"),
+            ("POSITION as bytes", changed("/accessors/0/componentType", json!(5121)), "is not meant for Position"),
+            ("fewer normals than vertices", fewer_normals, "2 elements of Normal for 3 vertices"),
+            (
+                "sparse count above count",
+                sparse(
+                    json!({"count": 4, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}),
+                ),
+                "sparse",
+            ),
+            (
+                "sparse indices cut",
+                sparse(
+                    json!({"count": 3, "indices": {"bufferView": 1, "componentType": 5125}, "values": {"bufferView": 0}}),
+                ),
+                "missing",
+            ),
+            (
+                "indices as normals",
+                changed("/meshes/0/primitives/0/attributes/NORMAL", json!(1)),
+                "cannot be read as Normal",
+            ),
+        ],
+    );
 }
 
 #[test]
@@ -190,29 +283,28 @@ fn views_and_buffers() {
     let huge = json!(u64::MAX);
     let cases: Vec<Case> = vec![
         ("stride below the element", changed("/bufferViews/0/byteStride", json!(8)), "stride"),
-        ("stride of 0", changed("/bufferViews/0/byteStride", json!(0)), "byteStride"),
-        ("view beyond buffer", changed("/bufferViews/0/byteLength", json!(45)), "beyond its buffer"),
         ("view offset near 2^64", changed("/bufferViews/0/byteOffset", huge.clone()), "beyond its buffer"),
-        ("view of no buffer", changed("/bufferViews/0/buffer", json!(3)), "out of range"),
-        ("accessor of no view", changed("/accessors/0/bufferView", json!(9)), "out of range"),
-        ("buffer longer than BIN", changed("/buffers/0/byteLength", json!(4000)), "missing"),
-        ("buffer of 2^63 bytes", changed("/buffers/0/byteLength", json!(9_223_372_036_854_775_808u64)), "limit"),
+        ("view of no buffer", changed("/bufferViews/0/buffer", json!(3)), "buffer 3 does not exist"),
+        ("accessor of no view", changed("/accessors/0/bufferView", json!(9)), "buffer view 9 does not exist"),
     ];
     all_fail(&Files::new(), &cases);
+    all_warn(
+        &Files::new(),
+        &[
+            ("stride of 0", changed("/bufferViews/0/byteStride", json!(0)), "a stride of 0"),
+            ("view beyond buffer", changed("/bufferViews/0/byteLength", json!(45)), "beyond its buffer"),
+            ("buffer longer than BIN", changed("/buffers/0/byteLength", json!(4000)), "missing"),
+            ("buffer of 2^63 bytes", changed("/buffers/0/byteLength", json!(9_223_372_036_854_775_808u64)), "missing"),
+        ],
+    );
 }
 
 #[test]
 fn sparse_index_out_of_range() {
-    let mut bin = triangle_bin();
-    bin[36] = 3;
-    let mut json = triangle();
-    set(
-        &mut json,
-        "/accessors/0/sparse",
-        json!({"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}),
-    );
-    let error = load_glb(&json, &bin).unwrap_err();
-    assert!(error.to_string().contains("sparse index 3"), "{error}");
+    // A byte of the positions: 128.
+    let indices = json!({"bufferView": 0, "byteOffset": 14, "componentType": 5121});
+    let sparse = json!({"count": 1, "indices": indices, "values": {"bufferView": 0}});
+    all_warn(&Files::new(), &[("sparse index", changed("/accessors/0/sparse", sparse), "sparse index 128")]);
 }
 
 /// The document with its buffer at `uri`.
@@ -236,7 +328,7 @@ fn paths_that_escape() {
         ("inside, but absolute", buffer_at(inside.to_str().unwrap()), "outside"),
         ("file URI", buffer_at(&format!("file://{absolute}")), "refused"),
         ("web", buffer_at("https://example.org/data.bin"), "refused"),
-        ("backslash", buffer_at("..\\secret.bin"), "not a file name"),
+        ("backslash", buffer_at("..\\secret.bin"), "outside"),
         ("NUL", buffer_at("data.bin%00"), "not a file name"),
         ("not UTF-8", buffer_at("%FF"), "UTF-8"),
         ("cut percent", buffer_at("data.bin%2"), "percent"),
@@ -246,7 +338,7 @@ fn paths_that_escape() {
         ("data URI without comma", buffer_at("data:application/octet-stream;base64"), "comma"),
         ("bad base64", buffer_at("data:;base64,AAA!"), "base64"),
         ("cut base64", buffer_at("data:;base64,AAAAA"), "base64"),
-        ("short data URI", buffer_at("data:;base64,AAAA"), "41 of 44 bytes are missing"),
+        ("short data URI", buffer_at("data:;base64,AAAA"), "bytes are missing"),
     ];
     #[cfg(unix)]
     {
@@ -285,21 +377,28 @@ fn images() {
     files.write("flat.png", &png(0, 1));
     files.write("cut.png", &png(4, 4));
     files.write("cut.jpg", b"\xFF\xD8\xFF\xE0\0\x10JFIF\0\x01");
-    let case = |uri: &str| textured(json!({"uri": uri})).to_string().into_bytes();
     let cases: Vec<Case> = vec![
         ("huge image", with_bin(&textured(json!({"uri": "huge.png"}))), "image 0"),
         ("image without width", with_bin(&textured(json!({"uri": "flat.png"}))), "image 0"),
         ("cut PNG", with_bin(&textured(json!({"uri": "cut.png"}))), "image 0"),
         ("cut JPEG", with_bin(&textured(json!({"uri": "cut.jpg"}))), "image 0"),
-        ("text as image", with_bin(&textured(json!({"uri": "data:image/png;base64,AAAA"}))), "neither PNG nor JPEG"),
+        (
+            "text as image",
+            with_bin(&textured(json!({"uri": "data:image/png;base64,AAAA"}))),
+            "neither PNG, JPEG nor WebP",
+        ),
         ("missing image", with_bin(&textured(json!({"uri": "none.png"}))), "cannot be read"),
         ("escaping image", with_bin(&textured(json!({"uri": "../x.png"}))), "outside"),
         ("no contents", with_bin(&textured(json!({}))), "neither"),
-        ("view out of range", with_bin(&textured(json!({"bufferView": 8, "mimeType": "image/png"}))), "out of range"),
+        (
+            "view out of range",
+            with_bin(&textured(json!({"bufferView": 8, "mimeType": "image/png"}))),
+            "buffer view 8 does not exist",
+        ),
         ("geometry as image", with_bin(&textured(json!({"bufferView": 0, "mimeType": "image/png"}))), "neither"),
-        ("no buffer", case("huge.png"), "buffer 0"),
     ];
-    all_fail(&files, &cases);
+    all_warn(&files, &cases);
+    all_fail(&files, &[("no buffer", textured(json!({"uri": "huge.png"})).to_string().into_bytes(), "buffer 0")]);
 }
 
 fn with_bin(json: &Value) -> Vec<u8> {
@@ -348,7 +447,7 @@ fn damage_that_can_be_read_around_is_a_warning_and_strict_makes_it_an_error() {
         ("no area", triangle(), positions(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0])),
         ("tiny", triangle(), positions(&[0.0, 0.0, 0.0, 1e-20, 0.0, 0.0, 0.0, 1e-20, 0.0])),
         ("needle", triangle(), positions(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 1e-8, 0.0])),
-        ("singular", with("/nodes/0/scale", json!([1, 1, 0])), good.clone()),
+        ("singular", with("/nodes/0/scale", json!([1, 0, 0])), good.clone()),
         ("overflow", with("/nodes/0/translation", json!([1e300, 0, 0])), good.clone()),
         ("zero rotation", with("/nodes/0/rotation", json!([0, 0, 0, 0])), good.clone()),
         ("albedo", with("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([2, 1, 1, 1])), good.clone()),

@@ -157,8 +157,11 @@ fn invalid_gltf_files_do_no_harm() {
     let Some(folder) = shared::path("assets/bad/gltf-validator") else { return };
     let paths: Vec<_> = files(&folder).into_iter().filter(|p| is_scene(p)).collect();
     assert!(paths.len() >= 70);
-    let errors = survives(&paths, |path| load(path, &Limits::default()).map(|scene| check(&scene, path)));
-    assert!(errors >= 20, "{errors} errors");
+    survives(&paths, |path| load(path, &Limits::default()).map(|scene| check(&scene, path)));
+    let strict = Limits { strict: true, ..Limits::default() };
+    let errors = survives(&paths, |path| load(path, &strict).map(|scene| check(&scene, path)));
+    // What nothing uses is not looked at.
+    assert!(errors >= 15, "{errors} errors");
 }
 
 #[test]
@@ -187,7 +190,8 @@ fn corrupt_png_files_do_no_harm() {
         std::fs::copy(path, folder.path().join("t.png")).unwrap();
         let scene = folder.path().join("scene.gltf");
         std::fs::write(&scene, TEXTURED_TRIANGLE).unwrap();
-        load(&scene, &Limits::default()).map(|scene| check(&scene, path))
+        load(&scene, &Limits::default()).map(|scene| check(&scene, path))?;
+        load(&scene, &Limits { strict: true, ..Limits::default() }).map(drop)
     });
     assert!(errors >= 10, "{errors} errors");
 }

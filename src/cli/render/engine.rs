@@ -19,13 +19,12 @@ use crate::graph::{Runtime, chrome_trace};
 use crate::picture::exr::RenderInfo;
 use crate::picture::image::{Channels, Picture};
 use crate::render::{Session, Settings, identity};
-use crate::scene::{self, Limits, Scene};
+use crate::scene::Scene;
 
 /// Renders until a limit is reached or the user stops.
 pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<FinishedRender> {
     let begin = Instant::now();
-    let environment = request.light.environment.file();
-    let scene = scene::load_with_environment(&request.scene, environment.as_ref(), &Limits::default())?;
+    let scene = request.reading.load(&request.scene, &request.light.environment)?;
     spare_inputs(&request.outputs.iter().collect::<Vec<_>>(), &scene.files)?;
     for warning in &scene.warnings {
         monitor.note(&advice::warning(warning));

@@ -8,6 +8,7 @@ use super::flags_film::FilmArgs;
 use super::flags_post::{LensArgs, PostArgs};
 use crate::cli::device::DeviceArgs;
 use crate::cli::environment::EnvironmentArgs;
+use crate::cli::reading::ReadingArgs;
 use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
 use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
@@ -33,6 +34,9 @@ pub struct RenderArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
+    /// How the scene is read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArgs,

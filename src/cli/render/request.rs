@@ -9,6 +9,7 @@ use super::stop_rule::DEFAULT_TARGET;
 use crate::cli::device::DeviceArgs;
 use crate::cli::inputs::check_readable;
 use crate::cli::progress::Limit;
+use crate::cli::reading::ReadingArgs;
 use crate::cli::values::Aov;
 use crate::error::Result;
 use crate::picture::output::Destination;
@@ -21,6 +22,8 @@ const DEFAULT_SECONDS: f64 = 30.0;
 pub struct Request {
     /// Scene file; it can be opened.
     pub scene: PathBuf,
+    /// How it is read.
+    pub reading: ReadingArgs,
     /// Size, camera, layers.
     pub view: ViewArgs,
     /// Aperture and focus.
@@ -65,6 +68,7 @@ impl Request {
         view.aov = Aov::resolve(&view.aov);
         Ok(Self {
             scene: args.scene.clone(),
+            reading: args.reading.clone(),
             view,
             lens: args.lens.clone(),
             post: args.post.clone(),

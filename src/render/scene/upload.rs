@@ -132,6 +132,9 @@ impl DeviceScene {
     /// # Errors
     /// [`Error::OutOfMemory`] for what does not fit the device; the scene is then of no use any more.
     pub(in crate::render) fn update(&mut self, memory: Memory<'_>, scene: &Scene, stale: &Stale) -> Result<Redone> {
+        if stale.geometry {
+            check_count(memory, scene)?;
+        }
         let mut host = std::mem::take(&mut self.host);
         let known = Arc::make_mut(&mut host);
         let tree = stale.geometry || !stale.moved.is_empty();
@@ -426,6 +429,17 @@ fn check_radius(scene: &Scene, radius: f32) -> Result<()> {
     }
     let cause = format!("its radius of {radius:e} is not between 2^-60 and 2^60: choose another unit of length");
     scene.named(Err(cause))
+}
+
+/// Refuses more triangles than the device can bind before anything is made of them: that would take minutes.
+fn check_count(memory: Memory<'_>, scene: &Scene) -> Result<()> {
+    let bytes = |triangles: u64| triangles.saturating_mul(size_of::<BvhTriangle>() as u64);
+    let all = scene.triangle_count();
+    if bytes(all) <= memory.longest_binding() {
+        return Ok(());
+    }
+    // Those without area are left out.
+    check_size(memory, scene, "triangles", bytes(all - scene.skipped_triangles().min(all)))
 }
 
 /// Kernels address these buffers at random, so one that the device cannot bind as a whole is refused before any work.

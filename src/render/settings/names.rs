@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use super::ranges;
 use super::sampling::{Sampling, Scale};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, escaped};
 use crate::kernels::photon::Footprint;
 use crate::scene::Scene;
 
@@ -66,15 +66,25 @@ fn number<T: FromStr + PartialOrd + Display>(text: &str, range: &RangeInclusive<
     number.ok_or_else(|| format!("expected a number between {} and {}", range.start(), range.end()))
 }
 
+/// Cameras that an error lists.
+const MOST_NAMES: usize = 20;
+
 /// The camera that `wanted` means: a name, otherwise an index from 0.
 ///
 /// # Errors
-/// [`Error::Usage`] with the names there are.
+/// [`Error::Usage`] with the numbers and names there are.
 pub fn choose_camera(wanted: &str, names: &[&str]) -> Result<usize> {
     let by_name = names.iter().position(|name| *name == wanted);
     let by_index = || wanted.parse().ok().filter(|index| *index < names.len());
     by_name.or_else(by_index).ok_or_else(|| {
-        let list: Vec<String> = names.iter().enumerate().map(|(index, name)| format!("{index} '{name}'")).collect();
+        let one = |(index, name): (usize, &&str)| match *name {
+            "" => format!("{index}"),
+            name => format!("{index} '{}'", escaped(name)),
+        };
+        let mut list: Vec<String> = names.iter().enumerate().take(MOST_NAMES).map(one).collect();
+        if names.len() > MOST_NAMES {
+            list.push(format!("others up to {}", names.len() - 1));
+        }
         Error::Usage(format!("no camera '{wanted}'; the scene has {}", list.join(", ")))
     })
 }

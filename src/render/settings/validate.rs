@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::{Estimator, Lens, Method, Record, Sampling, Settings, ranges};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, escaped};
 use crate::graph::DeviceClass;
 use crate::kernels::gather::Amplification;
 use crate::kernels::photon::Footprint;
@@ -62,7 +62,7 @@ impl Settings {
         let Some(Lens { radius, focus }) = self.lens else { return Ok(()) };
         let camera = &scene.cameras[self.camera];
         if let Projection::Orthographic { .. } = camera.projection {
-            let (number, name, scene) = (self.camera, &camera.name, scene.path.display());
+            let (number, name, scene) = (self.camera, escaped(&camera.name), scene.path.display());
             let cause =
                 format!("camera {number} '{name}' of {scene} is orthographic, a lens needs a perspective camera");
             return Err(Error::setting(&["lens", "camera"], cause));

@@ -1,11 +1,11 @@
 //! Checked reading of accessors: any component type, normalisation, stride and sparse substitution.
 
-use gltf::json::accessor::{Accessor, ComponentType, Type};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, buffer::View};
+use std::cell::Cell;
 
+use super::Limits;
 use super::document::Document;
-use super::{Limits, Outcome};
+use super::notes::{Notes, Outcome, clip};
+use super::part::Part;
 
 /// What an accessor is read for; decides which types are allowed (glTF 2.0, section 3.7.2.1, and
 /// KHR_mesh_quantization).
@@ -31,31 +31,65 @@ pub(super) enum Use {
     Vector,
     /// Instance rotation.
     Rotation,
+    /// Vertex index.
+    Index,
+}
+
+/// The type of one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+/// Whether a type may stand for a use.
+#[derive(PartialEq, Eq)]
+enum Fit {
+    Allowed,
+    /// Clear enough to be read, with a warning.
+    Odd,
+    Wrong,
 }
 
 impl Use {
-    fn shapes(self) -> &'static [Type] {
+    /// Numbers that an element may have.
+    fn widths(self) -> &'static [usize] {
         match self {
-            Self::Position | Self::Normal | Self::Vector => &[Type::Vec3],
-            Self::Uv => &[Type::Vec2],
-            Self::Color => &[Type::Vec3, Type::Vec4],
-            Self::Tangent | Self::Joints | Self::Weights | Self::Rotation => &[Type::Vec4],
-            Self::Matrix => &[Type::Mat4],
+            Self::Index => &[1],
+            Self::Position | Self::Normal | Self::Vector => &[3],
+            Self::Uv => &[2],
+            Self::Color => &[3, 4],
+            Self::Tangent | Self::Joints | Self::Weights | Self::Rotation => &[4],
+            Self::Matrix => &[16],
         }
     }
 
-    fn takes(self, component: ComponentType, normalized: bool, quantized: bool) -> bool {
-        use ComponentType::{F32, I8, I16, U8, U16, U32};
+    fn fit(self, component: Component, normalized: bool, quantized: bool) -> Fit {
+        use Component::{F32, I8, I16, U8, U16, U32};
         let small = !matches!(component, F32 | U32);
-        match self {
-            Self::Joints => matches!(component, U8 | U16) && !normalized,
-            _ if component == F32 => true,
-            Self::Position => quantized && small,
-            Self::Normal | Self::Tangent => quantized && matches!(component, I8 | I16) && normalized,
-            Self::Uv => small && (quantized || (matches!(component, U8 | U16) && normalized)),
-            Self::Color | Self::Weights => matches!(component, U8 | U16) && normalized,
-            Self::Rotation => matches!(component, I8 | I16) && normalized,
-            Self::Matrix | Self::Vector => false,
+        let short = matches!(component, U8 | U16);
+        let signed = matches!(component, I8 | I16);
+        let (allowed, odd) = match self {
+            Self::Index => ((short || component == U32) && !normalized, false),
+            Self::Joints => (short && !normalized, true),
+            _ if component == F32 => (true, false),
+            Self::Position => (quantized && small, small),
+            Self::Normal | Self::Tangent => (quantized && signed && normalized, signed),
+            Self::Uv => (small && (quantized || (short && normalized)), small),
+            Self::Color | Self::Weights => (short && normalized, short),
+            Self::Rotation => (signed && normalized, false),
+            Self::Matrix | Self::Vector => (false, false),
+        };
+        if allowed {
+            Fit::Allowed
+        } else if odd {
+            Fit::Odd
+        } else {
+            Fit::Wrong
         }
     }
 }
@@ -65,178 +99,223 @@ const MOST_ZEROS: u64 = 1 << 22;
 
 /// Reads accessors of one document within a budget.
 pub(super) struct Reader<'a> {
-    document: &'a Document,
-    elements_left: u64,
+    document: &'a Document<'a>,
+    elements_left: Cell<u64>,
+}
+
+/// An accessor that can be read.
+pub(super) struct Elements<'a> {
+    place: String,
+    layout: Layout<'a>,
+    sparse: Option<Sparse<'a>>,
+}
+
+struct Sparse<'a> {
+    indices: Layout<'a>,
+    values: Layout<'a>,
 }
 
 /// Elements of an accessor in memory.
+#[derive(Clone, Copy)]
 struct Layout<'a> {
     /// From the first element to the end of the view; `None` stands for zeros.
     bytes: Option<&'a [u8]>,
     stride: usize,
     count: usize,
-    component: ComponentType,
+    component: Component,
     width: usize,
     normalized: bool,
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(document: &'a Document, limits: &Limits) -> Self {
-        Self { document, elements_left: limits.elements }
+    pub fn new(document: &'a Document<'a>, limits: &Limits) -> Self {
+        Self { document, elements_left: limits.elements.into() }
     }
 
-    /// Number of elements, without reading them.
-    pub fn count(&self, index: Index<Accessor>) -> Outcome<u64> {
-        Ok(self.accessor(index)?.count.0)
-    }
-
-    /// Elements as `N` floats each. Components that the file lacks are 1 (the alpha of a colour).
-    pub fn floats<const N: usize>(&mut self, index: Index<Accessor>, role: Use) -> Outcome<Vec<[f32; N]>> {
-        let at = |cause| format!("accessor {}: {cause}", index.value());
-        let accessor = self.accessor(index)?;
-        let layout = self.layout(accessor).map_err(at)?;
-        let shape = valid(&accessor.type_)?;
-        if !role.shapes().contains(&shape) || !role.takes(layout.component, layout.normalized, self.document.quantized)
-        {
+    /// An accessor as something that it is fit for.
+    pub fn open(&self, index: u32, role: Use, notes: &mut Notes) -> Outcome<Elements<'a>> {
+        let part = self.document.accessors.part(index as usize)?;
+        let at = |cause: String| format!("{}: {cause}", part.place);
+        let mut layout = self.layout(&part, notes).map_err(at)?;
+        let fit = role.fit(layout.component, layout.normalized, self.document.quantized);
+        let kind = || {
             let normalized = if layout.normalized { "normalized " } else { "" };
-            return Err(at(format!("{shape:?} of {normalized}{:?} cannot be read as {role:?}", layout.component)));
+            format!("{} x {normalized}{:?}", layout.width, layout.component)
+        };
+        if !role.widths().contains(&layout.width) || fit == Fit::Wrong {
+            return Err(at(format!("{} cannot be read as {role:?}", kind())));
         }
-        let mut values = vec![[1.0; N]; layout.count];
+        if fit == Fit::Odd {
+            notes.fault(at(format!("{} is not meant for {role:?}", kind())));
+        }
+        layout.normalized |= matches!(role, Use::Color | Use::Weights);
+        let sparse = part.part("sparse", notes).and_then(|sparse| {
+            let read = self.sparse(&sparse, &layout, notes).map_err(|cause| at(format!("sparse: {cause}")));
+            notes.or_fault(read)
+        });
+        Ok(Elements { layout, sparse, place: part.place })
+    }
+
+    /// Elements as `N` floats each, those that `pick` lists or all. Components that the file lacks are 1 (the alpha of a
+    /// colour). The list must be sorted, and its entries below the count.
+    pub fn floats<const N: usize>(&self, elements: &Elements, pick: Option<&[u32]>) -> Outcome<Vec<[f32; N]>> {
+        let count = pick.map_or(elements.layout.count, <[u32]>::len);
+        self.charge(elements, count, size_of::<[f32; N]>())?;
+        let width = elements.layout.width.min(N);
+        let mut values = vec![[1.0; N]; count];
         for (i, value) in values.iter_mut().enumerate() {
-            layout.element(i, &mut value[..layout.width.min(N)]);
+            elements.layout.element(pick.map_or(i, |pick| pick[i] as usize), &mut value[..width]);
         }
-        self.substitute(accessor, &layout, |i, source, k| source.element(k, &mut values[i][..source.width.min(N)]))
-            .map_err(at)?;
+        elements.substitute(pick, |i, source, k| source.element(k, &mut values[i][..width]));
         Ok(values)
     }
 
     /// Scalar unsigned integers.
-    pub fn indices(&mut self, index: Index<Accessor>) -> Outcome<Vec<u32>> {
-        let at = |cause| format!("accessor {}: {cause}", index.value());
-        let accessor = self.accessor(index)?;
-        let layout = self.layout(accessor).map_err(at)?;
-        let unsigned = matches!(layout.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
-        if valid(&accessor.type_)? != Type::Scalar || !unsigned || layout.normalized {
-            return Err(at("indices must be scalars of an unsigned type".into()));
-        }
-        let mut values: Vec<u32> = (0..layout.count).map(|i| layout.integer(i)).collect();
-        self.substitute(accessor, &layout, |i, source, k| values[i] = source.integer(k)).map_err(at)?;
+    pub fn integers(&self, elements: &Elements) -> Outcome<Vec<u32>> {
+        self.charge(elements, elements.count(), size_of::<u32>())?;
+        let mut values: Vec<u32> = (0..elements.count()).map(|i| elements.layout.integer(i)).collect();
+        elements.substitute(None, |i, source, k| values[i] = source.integer(k));
         Ok(values)
     }
 
-    /// The bytes of a buffer view.
-    pub fn view(&self, index: Index<View>) -> Outcome<&'a [u8]> {
-        self.view_and_stride(index).map(|(bytes, _)| bytes)
+    /// Asks for the memory of elements before they are read.
+    fn charge(&self, elements: &Elements, count: usize, size: usize) -> Outcome<()> {
+        let at = |cause: String| format!("{}: {cause}", elements.place);
+        let left = self.elements_left.get().checked_sub(count as u64);
+        let left = left.ok_or_else(|| at(format!("{count} elements, more than the limit on what is read in all")))?;
+        self.elements_left.set(left);
+        self.document.buffers.charge(count as u64 * size as u64).map_err(at)
     }
 
-    fn view_and_stride(&self, index: Index<View>) -> Outcome<(&'a [u8], Option<usize>)> {
-        let i = index.value();
-        let document = self.document;
-        let view = document.root.buffer_views.get(i).ok_or_else(|| format!("buffer view {i} does not exist"))?;
-        let buffer = document.buffers.get(view.buffer.value());
-        let buffer = buffer.ok_or_else(|| format!("buffer view {i}: its buffer does not exist"))?;
-        let bytes = slice(buffer, view.byte_offset.map_or(0, |o| o.0), view.byte_length.0);
-        let bytes = bytes.ok_or_else(|| format!("buffer view {i} reaches beyond its buffer"))?;
-        Ok((bytes, view.byte_stride.map(|s| s.0)))
-    }
-
-    fn accessor(&self, index: Index<Accessor>) -> Outcome<&'a Accessor> {
-        let i = index.value();
-        self.document.root.accessors.get(i).ok_or_else(|| format!("accessor {i} does not exist"))
-    }
-
-    fn layout(&mut self, accessor: &Accessor) -> Outcome<Layout<'a>> {
-        let count = accessor.count.0;
-        if count == 0 {
-            return Err("it has no elements".into());
+    fn layout(&self, part: &Part, notes: &mut Notes) -> Outcome<Layout<'a>> {
+        let count = part.count("count")?.filter(|count| *count > 0).ok_or("it has no elements")?;
+        let view = part.index("bufferView")?;
+        if count > if view.is_some() { u64::from(u32::MAX) } else { MOST_ZEROS } {
+            return Err(format!("{count} elements, more than the limit"));
         }
-        let most = if accessor.buffer_view.is_some() { u64::MAX } else { MOST_ZEROS };
-        if count > self.elements_left.min(most) {
-            return Err(format!("{count} elements, more than the limit on what is read in all"));
-        }
-        self.elements_left -= count;
-        let component = valid(&accessor.component_type)?.0;
-        let width = valid(&accessor.type_)?.multiplicity();
+        let component = component(part.count("componentType")?)?;
+        let width = width(part, notes)?;
         let size = component.size() * width;
-        let mut layout = Layout {
-            bytes: None,
-            stride: size,
-            count: count as usize,
-            component,
-            width,
-            normalized: accessor.normalized,
-        };
-        if let Some(view) = accessor.buffer_view {
-            let (bytes, stride) = self.view_and_stride(view)?;
-            layout.stride = stride.unwrap_or(size);
-            layout.bytes = Some(elements(bytes, accessor.byte_offset.map_or(0, |o| o.0), &layout, size)?);
+        let normalized = part.flag("normalized", notes).unwrap_or(false);
+        let mut layout = Layout { bytes: None, stride: size, count: count as usize, component, width, normalized };
+        if let Some(view) = view {
+            let view = self.document.buffers.view(view as usize, notes)?;
+            layout.stride = view.stride.unwrap_or(size);
+            let missing = layout.place(view.bytes, part.count("byteOffset")?.unwrap_or(0), size)?;
+            if missing > 0 {
+                notes.fault(format!("{}: {missing} bytes are missing", part.place));
+            }
         }
         Ok(layout)
     }
 
-    /// Calls `put(element, source, source element)` for every sparse substitution.
-    fn substitute(
-        &mut self,
-        accessor: &Accessor,
-        layout: &Layout,
-        mut put: impl FnMut(usize, &Layout, usize),
-    ) -> Outcome<()> {
-        let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        if sparse.count.0 == 0 || sparse.count.0 > layout.count as u64 {
-            return Err(format!("{} sparse values for {} elements", sparse.count.0, layout.count));
+    /// The values that take the place of elements (glTF 2.0, section 3.6.2.3).
+    fn sparse(&self, part: &Part, layout: &Layout, notes: &mut Notes) -> Outcome<Sparse<'a>> {
+        let count = part.count("count")?.unwrap_or(0);
+        if count == 0 || count > layout.count as u64 {
+            return Err(format!("{count} values for {} elements", layout.count));
         }
-        let count = sparse.count.0 as usize;
-        let part = |component: ComponentType, width, normalized| Layout {
-            bytes: None,
-            stride: component.size() * width,
-            count,
-            component,
-            width,
-            normalized,
-        };
-        let mut indices = part(valid(&sparse.indices.component_type)?.0, 1, false);
-        let bytes = self.view(sparse.indices.buffer_view)?;
-        indices.bytes = Some(elements(bytes, sparse.indices.byte_offset.0, &indices, indices.stride)?);
-        let mut values = part(layout.component, layout.width, layout.normalized);
-        let bytes = self.view(sparse.values.buffer_view)?;
-        values.bytes = Some(elements(bytes, sparse.values.byte_offset.0, &values, values.stride)?);
-        for k in 0..count {
-            let target = indices.integer(k) as usize;
-            if target >= layout.count {
-                return Err(format!("sparse index {target} is out of range"));
+        let mut read = |name: &str, component: Option<Component>| {
+            let inner = part.part(name, notes).ok_or_else(|| format!("it has no {name}"))?;
+            let (component, width) = match component {
+                Some(component) => (component, layout.width),
+                None => (self::component(inner.count("componentType")?)?, 1),
+            };
+            let stride = component.size() * width;
+            let mut list = Layout { bytes: None, stride, count: count as usize, component, width, ..*layout };
+            let view = inner.index("bufferView")?.ok_or_else(|| format!("its {name} have no buffer view"))?;
+            let view = self.document.buffers.view(view as usize, notes)?;
+            match list.place(view.bytes, inner.count("byteOffset")?.unwrap_or(0), stride)? {
+                0 => Ok(list),
+                missing => Err(format!("{missing} bytes are missing")),
             }
-            put(target, &values, k);
+        };
+        let (indices, values) = (read("indices", None)?, read("values", Some(layout.component))?);
+        let wrong = (0..indices.count).map(|k| indices.integer(k)).find(|index| *index as usize >= layout.count);
+        if let Some(index) = wrong {
+            notes.fault(format!("sparse index {index} is out of range"));
         }
-        Ok(())
+        Ok(Sparse { indices, values })
     }
 }
 
-/// The bytes from the first element on; fails where the last one does not fit.
-fn elements<'a>(view: &'a [u8], offset: u64, layout: &Layout, size: usize) -> Outcome<&'a [u8]> {
-    if layout.stride < size {
-        return Err(format!("a stride of {} bytes for elements of {size}", layout.stride));
+impl Elements<'_> {
+    pub fn count(&self) -> usize {
+        self.layout.count
     }
-    let span = (layout.count as u64 - 1).checked_mul(layout.stride as u64).and_then(|s| s.checked_add(size as u64));
-    let end = span.and_then(|s| s.checked_add(offset)).unwrap_or(u64::MAX);
-    if end > view.len() as u64 {
-        return Err(format!("{} bytes are missing", end - view.len() as u64));
-    }
-    Ok(&view[offset as usize..])
-}
 
-fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
-    let end = offset.checked_add(length)?;
-    bytes.get(usize::try_from(offset).ok()?..usize::try_from(end).ok()?)
-}
-
-fn valid<T: Copy>(value: &Checked<T>) -> Outcome<T> {
-    match value {
-        Checked::Valid(value) => Ok(*value),
-        Checked::Invalid => Err("unknown type".into()),
+    /// Calls `put(place in the result, source, source element)` for every sparse substitution.
+    fn substitute(&self, pick: Option<&[u32]>, mut put: impl FnMut(usize, &Layout, usize)) {
+        let Some(Sparse { indices, values }) = &self.sparse else { return };
+        for k in 0..indices.count {
+            let target = indices.integer(k);
+            let place = match pick {
+                Some(pick) => pick.binary_search(&target).ok(),
+                None => Some(target as usize).filter(|target| *target < self.layout.count),
+            };
+            if let Some(place) = place {
+                put(place, values, k);
+            }
+        }
     }
 }
 
-impl Layout<'_> {
+fn component(code: Option<u64>) -> Outcome<Component> {
+    Ok(match code {
+        Some(5120) => Component::I8,
+        Some(5121) => Component::U8,
+        Some(5122) => Component::I16,
+        Some(5123) => Component::U16,
+        Some(5125) => Component::U32,
+        Some(5126) => Component::F32,
+        Some(code) => return Err(format!("componentType {code} is unknown")),
+        None => return Err("it has no componentType".into()),
+    })
+}
+
+/// Numbers of an element.
+fn width(part: &Part, notes: &mut Notes) -> Outcome<usize> {
+    let kind = part.text("type", notes).ok_or("it has no type")?;
+    Ok(match kind.as_ref() {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" | "MAT2" => 4,
+        "MAT3" => 9,
+        "MAT4" => 16,
+        _ => return Err(format!("the type {} is unknown", clip(&kind))),
+    })
+}
+
+impl Component {
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
+
+impl<'a> Layout<'a> {
+    /// Finds the elements of `size` bytes from `offset` on in a view; returns how many bytes are missing for the last of
+    /// them. Then as many elements are left as there are whole, at least one.
+    fn place(&mut self, view: &'a [u8], offset: u64, size: usize) -> Outcome<u64> {
+        if self.stride < size {
+            return Err(format!("a stride of {} bytes for elements of {size}", self.stride));
+        }
+        let (stride, size, count) = (self.stride as u64, size as u64, self.count as u64);
+        let room = (view.len() as u64).saturating_sub(offset);
+        let wanted = (count - 1).saturating_mul(stride).saturating_add(size);
+        let missing = wanted.saturating_sub(room);
+        if room < size {
+            return Err(format!("{missing} bytes are missing"));
+        }
+        self.count = count.min((room - size) / stride + 1) as usize;
+        self.bytes = Some(&view[offset as usize..]);
+        Ok(missing)
+    }
+
     /// The first components of element `i`. Zeros if there are no bytes.
     fn element(&self, i: usize, out: &mut [f32]) {
         let Some(bytes) = self.bytes else { return out.fill(0.0) };
@@ -250,11 +329,11 @@ impl Layout<'_> {
     /// Normalised integers as the specification's section 3.6.2.2 has it.
     fn component(&self, bytes: &[u8]) -> f32 {
         let (value, largest) = match (self.component, bytes) {
-            (ComponentType::I8, [a]) => (f32::from(*a as i8), 127.0),
-            (ComponentType::U8, [a]) => (f32::from(*a), 255.0),
-            (ComponentType::I16, [a, b]) => (f32::from(i16::from_le_bytes([*a, *b])), 32767.0),
-            (ComponentType::U16, [a, b]) => (f32::from(u16::from_le_bytes([*a, *b])), 65535.0),
-            (ComponentType::F32, [a, b, c, d]) => return f32::from_le_bytes([*a, *b, *c, *d]),
+            (Component::I8, [a]) => (f32::from(*a as i8), 127.0),
+            (Component::U8, [a]) => (f32::from(*a), 255.0),
+            (Component::I16, [a, b]) => (f32::from(i16::from_le_bytes([*a, *b])), 32767.0),
+            (Component::U16, [a, b]) => (f32::from(u16::from_le_bytes([*a, *b])), 65535.0),
+            (Component::F32, [a, b, c, d]) => return f32::from_le_bytes([*a, *b, *c, *d]),
             _ => (unsigned(bytes) as f32, u32::MAX as f32),
         };
         if self.normalized { (value / largest).max(-1.0) } else { value }

@@ -1,19 +1,10 @@
 //! Where vertices go: rigid instances, skins in the pose of the file, morph targets at their default weights.
 
-use std::borrow::Cow;
-
 use glam::DMat4;
 
-use super::mesh::Primitive;
+use super::primitive::Primitive;
 use crate::scene::flatten::{self, Flat, Tangents};
 use crate::scene::{Mesh, Transform};
-
-/// Displacements of a morph target; each list is empty or one per vertex.
-pub(super) struct Morph {
-    pub positions: Vec<[f32; 3]>,
-    pub normals: Vec<[f32; 3]>,
-    pub tangents: Vec<[f32; 3]>,
-}
 
 /// Four joints and weights per vertex.
 pub(super) struct Influence {
@@ -73,21 +64,8 @@ fn gathered<T: Copy>(values: &[T], source: &[u32]) -> Vec<T> {
     if values.is_empty() { Vec::new() } else { source.iter().map(|&v| values[v as usize]).collect() }
 }
 
-/// The mesh of a primitive at the given morph weights; missing and non-finite weights count as zero.
-pub(super) fn morphed<'a>(primitive: &'a Primitive, weights: &[f32]) -> Cow<'a, Mesh> {
-    let mut mesh = Cow::Borrowed(&primitive.mesh);
-    let active = primitive.morphs.iter().zip(weights).filter(|(_, w)| w.is_finite() && **w != 0.0);
-    for (morph, &weight) in active {
-        let mesh = mesh.to_mut();
-        add(&mut mesh.positions, &morph.positions, weight);
-        add(&mut mesh.normals, &morph.normals, weight);
-        add(&mut mesh.tangents, &morph.tangents, weight);
-    }
-    mesh
-}
-
-/// Adds to the first three components.
-fn add<const N: usize>(values: &mut [[f32; N]], displacements: &[[f32; 3]], weight: f32) {
+/// Adds displacements to the first three components.
+pub(super) fn displace<const N: usize>(values: &mut [[f32; N]], displacements: &[[f32; 3]], weight: f32) {
     for (value, displacement) in values.iter_mut().zip(displacements) {
         for (x, d) in value.iter_mut().zip(displacement) {
             *x += weight * d;

@@ -1,235 +1,160 @@
-//! From the bytes of a .gltf or .glb file to a checked JSON document with its buffers.
-//!
-//! The `gltf` crate's typed JSON is used, not its readers: those panic on damaged files. Its deserialiser cuts
-//! integers to 32 bits and its validation indexes accessors unchecked, so both are preceded by checks of our own.
+//! The lists of a glTF file. Their elements are looked at when something of the scene needs them, so what is unused
+//! costs nothing, and what is broken takes nothing else along.
 
-use gltf::json::validation::{Checked, Error as Rule, Validate};
-use gltf::json::{Path as Place, Root, mesh::Semantic};
-use serde_json::Value;
+use std::path::PathBuf;
 
-use super::resolve::{Folder, clip};
-use super::{Limits, Notes, Outcome};
+use super::buffers::{Buffers, Source};
+use super::container::Container;
+use super::json;
+use super::notes::{Notes, Outcome, clip};
+use super::part::{List, Part};
+use super::resolve::Folder;
+use super::{Limits, meshopt, variants};
 
 /// Extensions that are read.
-const SUPPORTED: [&str; 11] = [
+const SUPPORTED: [&str; 16] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_transform",
     // Only carries metadata: nothing to read.
     "KHR_xmp_json_ld",
 ];
 
 /// A parsed file.
-pub(super) struct Document {
-    /// The typed JSON.
-    pub root: Root,
-    /// Contents of every buffer, at least as long as its `byteLength`.
-    pub buffers: Vec<Vec<u8>>,
+pub(super) struct Document<'a> {
+    /// Index of the scene that is shown by default.
+    pub scene: Option<u32>,
+    pub scenes: List<'a>,
+    pub nodes: List<'a>,
+    pub meshes: List<'a>,
+    pub skins: List<'a>,
+    pub cameras: List<'a>,
+    pub lights: List<'a>,
+    pub accessors: List<'a>,
+    pub materials: List<'a>,
+    pub textures: List<'a>,
+    pub samplers: List<'a>,
+    pub images: List<'a>,
+    pub buffers: Buffers<'a>,
     /// KHR_mesh_quantization is in use.
     pub quantized: bool,
+    /// Names of the variants of materials.
+    pub variants: Vec<String>,
 }
 
-impl Document {
-    /// Parses `bytes` and reads every buffer.
-    pub fn parse(bytes: &[u8], folder: &Folder, limits: &Limits, notes: &mut Notes) -> Outcome<Self> {
-        let (json, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
+impl<'a> Document<'a> {
+    /// The lists of the file in `container`.
+    pub fn parse(
+        container: &'a Container<'a>,
+        source: Source<'a>,
+        limits: &Limits,
+        notes: &mut Notes,
+    ) -> Outcome<Self> {
+        let json = container.json.as_ref();
         if json.len() as u64 > limits.json_bytes {
             return Err(format!("{} bytes of JSON, more than the limit of {}", json.len(), limits.json_bytes));
         }
-        let root = parse_json(json)?;
-        check_extensions(&root, notes)?;
-        validate(&root)?;
-        if root.nodes.len() as u64 > limits.nodes {
-            return Err(format!("{} nodes, more than the limit of {}", root.nodes.len(), limits.nodes));
+        let root = json::document(json).map_err(|e| format!("not JSON of glTF: {}", clip(&e.to_string())))?;
+        let root = Part::new("the file".into(), root);
+        check_version(&root, notes)?;
+        let quantized = check_extensions(&root, notes)?;
+        let animations = root.list("animations", notes).len();
+        if animations > 0 {
+            notes.note(format!("{animations} animation(s) ignored: the default pose is shown"));
         }
-        if !root.animations.is_empty() {
-            notes.note(format!("{} animation(s) ignored: the default pose is shown", root.animations.len()));
+        let document = Self::lists(&root, source, quantized, notes);
+        if document.nodes.len() as u64 > limits.nodes {
+            return Err(format!("{} nodes, more than the limit of {}", document.nodes.len(), limits.nodes));
         }
-        let buffers = read_buffers(&root, blob, folder, limits)?;
-        let quantized =
-            root.extensions_used.iter().chain(&root.extensions_required).any(|e| e == "KHR_mesh_quantization");
-        Ok(Self { root, buffers, quantized })
+        Ok(document)
+    }
+
+    fn lists(root: &Part<'a>, source: Source<'a>, quantized: bool, notes: &mut Notes) -> Self {
+        let lights = root.extension("KHR_lights_punctual", notes);
+        let none = Part::new(String::new(), json::Object::default());
+        let mut list = |name, what| List::of(root, name, what, notes);
+        Self {
+            scenes: list("scenes", "scene"),
+            nodes: list("nodes", "node"),
+            meshes: list("meshes", "mesh"),
+            skins: list("skins", "skin"),
+            cameras: list("cameras", "camera"),
+            accessors: list("accessors", "accessor"),
+            materials: list("materials", "material"),
+            textures: list("textures", "texture"),
+            samplers: list("samplers", "sampler"),
+            images: list("images", "image"),
+            lights: List::of(lights.as_ref().unwrap_or(&none), "lights", "light", notes),
+            scene: notes.or_fault(root.index("scene")).flatten(),
+            buffers: Buffers::new(root, source, notes),
+            variants: variants::names(root, notes),
+            quantized,
+        }
+    }
+
+    /// The files of buffers and images, also of those that no part of the scene uses.
+    pub fn named_files(&self, folder: &Folder) -> Vec<PathBuf> {
+        let quiet = &mut Notes::default();
+        let images: Vec<_> =
+            (0..self.images.len()).filter_map(|i| self.images.part(i).ok()?.text("uri", quiet)).collect();
+        let uris = self.buffers.uris().chain(images.iter().map(AsRef::as_ref));
+        let mut files: Vec<PathBuf> = uris.filter_map(|uri| folder.file_of(uri)).collect();
+        files.sort_unstable();
+        files.dedup();
+        files
     }
 }
 
-/// The JSON and BIN chunks of a binary glTF file (glTF 2.0, section 4.4).
-fn split_glb(bytes: &[u8]) -> Outcome<(&[u8], Option<&[u8]>)> {
-    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let (Some(version), Some(length)) = (word(4), word(8)) else {
-        return Err("the GLB header is cut".into());
-    };
-    if version != 2 {
-        return Err(format!("GLB version {version} is not supported, only 2"));
+fn check_version(root: &Part, notes: &mut Notes) -> Outcome<()> {
+    let asset = root.part("asset", notes).ok_or("it has no asset and is not glTF 2.0")?;
+    // Some exporters write a number.
+    let text = |name| asset.get(name).map(|json| json::text(json).unwrap_or_else(|| json.get().into()));
+    let version = text("version").ok_or("its asset has no version, so it is not glTF 2.0")?;
+    if version.split('.').next() != Some("2") {
+        return Err(format!("glTF version {} is not supported, only 2.x", clip(&version)));
     }
-    let length = length as usize;
-    if length > bytes.len() || length < 12 {
-        return Err(format!("the GLB header announces {length} bytes, the file has {}", bytes.len()));
-    }
-    let mut chunks = Vec::new();
-    let mut at = 12;
-    while at < length {
-        let size = if at + 8 <= length { word(at) } else { None };
-        let size = size.ok_or("a GLB chunk header is cut")? as usize;
-        let end = at + 8 + size;
-        if end > length {
-            return Err(format!("GLB chunk {} announces {size} bytes, {} are left", chunks.len(), length - at - 8));
-        }
-        chunks.push((&bytes[at + 4..at + 8], &bytes[at + 8..end]));
-        at = end;
-    }
-    match chunks.first() {
-        Some((kind, json)) if *kind == b"JSON" => {
-            // Chunks of unknown kind must be ignored.
-            let blob = chunks[1..].iter().find(|(kind, _)| *kind == b"BIN\0").map(|(_, data)| *data);
-            Ok((json, blob))
-        }
-        _ => Err("the first GLB chunk is not JSON".into()),
+    match text("minVersion").filter(|version| !matches!(version.as_ref(), "2.0" | "2")) {
+        Some(least) => Err(format!("it needs a reader of glTF {}, this one reads 2.0", clip(&least))),
+        None => Ok(()),
     }
 }
 
-fn parse_json(bytes: &[u8]) -> Outcome<Root> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    let mut value: Value = serde_json::from_slice(bytes).map_err(|e| format!("not valid JSON: {e}"))?;
-    check_integers("", &value)?;
-    // glTF lets a scene be without nodes, the typed JSON does not.
-    for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(scene) = scene.as_object_mut() {
-            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
-        }
-    }
-    let root: Root = serde_json::from_value(value).map_err(|e| format!("not valid glTF: {e}"))?;
-    if root.asset.version.split('.').next() != Some("2") {
-        return Err(format!("glTF version {} is not supported, only 2.x", clip(&root.asset.version)));
-    }
-    if let Some(min) = root.asset.min_version.as_deref().filter(|v| *v != "2.0") {
-        return Err(format!("it needs a reader of glTF {}, this one reads 2.0", clip(min)));
-    }
-    Ok(root)
-}
-
-/// Refuses integers that the typed JSON would cut to 32 bits. `key` is the name of the enclosing member.
-fn check_integers(key: &str, value: &Value) -> Outcome<()> {
-    match value {
-        Value::Object(members) => {
-            members.iter().filter(|(k, _)| *k != "extras").try_for_each(|(k, v)| {
-                // Members of `attributes` and of morph targets are accessor indices whatever their name.
-                let key = if matches!(key, "attributes" | "targets") { key } else { k.as_str() };
-                check_integers(key, v)
-            })
-        }
-        Value::Array(items) => items.iter().try_for_each(|v| check_integers(key, v)),
-        Value::Number(n) if CUT_TO_32_BITS.contains(&key) && n.as_u64().is_some_and(|n| n > u64::from(u32::MAX)) => {
-            Err(format!("'{}' holds {n}, which is out of range", clip(key)))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Members that the typed JSON reads as 64 bits and then cuts.
-const CUT_TO_32_BITS: &[&str] = &[
-    "accessor",
-    "attributes",
-    "buffer",
-    "bufferView",
-    "camera",
-    "children",
-    "componentType",
-    "index",
-    "indices",
-    "input",
-    "inverseBindMatrices",
-    "joints",
-    "light",
-    "magFilter",
-    "material",
-    "mesh",
-    "minFilter",
-    "mode",
-    "node",
-    "nodes",
-    "sampler",
-    "scene",
-    "skeleton",
-    "skin",
-    "source",
-    "target",
-    "targets",
-    "wrapS",
-    "wrapT",
-];
-
-fn check_extensions(root: &Root, notes: &mut Notes) -> Outcome<()> {
-    let lacks = |name: &&String| !SUPPORTED.contains(&name.as_str());
-    if let Some(name) = root.extensions_required.iter().find(lacks) {
+/// Refuses what cannot be shown without an extension that is not supported. True if meshes are quantized.
+fn check_extensions(root: &Part, notes: &mut Notes) -> Outcome<bool> {
+    let [required, used] = ["extensionsRequired", "extensionsUsed"].map(|name| {
+        let names = root.list(name, notes);
+        names.into_iter().filter_map(json::text).collect::<Vec<_>>()
+    });
+    let lacks = |name: &&std::borrow::Cow<str>| !SUPPORTED.contains(&name.as_ref());
+    if let Some(name) = required.iter().find(lacks) {
         return Err(format!("it requires the extension {}, which is not supported", clip(name)));
     }
-    for name in root.extensions_used.iter().filter(lacks) {
+    for name in used.iter().filter(lacks) {
         notes.note(format!("extension {} is ignored", clip(name)));
     }
-    Ok(())
+    let is_used = |name: &str| required.iter().chain(&used).any(|known| known == name);
+    // What is packed is filtered, which takes other types of components.
+    Ok(is_used("KHR_mesh_quantization") || meshopt::EXTENSIONS.into_iter().any(is_used))
 }
 
-/// The rules of the `gltf` crate's validation: every index in range, every enumerator known.
-fn validate(root: &Root) -> Outcome<()> {
-    for (m, mesh) in root.meshes.iter().enumerate() {
-        for (p, primitive) in mesh.primitives.iter().enumerate() {
-            let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
-            // The crate's validation indexes with this one unchecked.
-            if position.is_some_and(|a| a.value() >= root.accessors.len()) {
-                return Err(format!("meshes[{m}].primitives[{p}]: POSITION names an accessor that does not exist"));
-            }
-        }
-    }
-    let mut first = None;
-    root.validate(root, Place::new, &mut |place, rule| {
-        if first.is_none() && !forgiven(place().as_str(), rule) {
-            let rule = match rule {
-                Rule::IndexOutOfBounds => "index out of range",
-                Rule::Missing => "is missing",
-                Rule::Oversize => "is too large",
-                _ => "is not valid",
-            };
-            first = Some(format!("{}: {rule}", clip(place().as_str())));
-        }
-    });
-    first.map_or(Ok(()), Err)
-}
-
-/// Rules that do not matter here: extensions are checked above, bounds are computed, an accessor without a buffer view
-/// holds zeros, a texture without an image is dropped with a warning.
-fn forgiven(place: &str, rule: Rule) -> bool {
-    let bounds = place.ends_with(".min") || place.ends_with(".max");
-    let sourceless = place.starts_with("textures[") && place.ends_with("].source") && matches!(rule, Rule::Missing);
-    let zeros = place.starts_with("accessors[") && place.ends_with("].bufferView") && matches!(rule, Rule::Missing);
-    zeros || place.starts_with("extensionsRequired") || (bounds && !place.starts_with("animations")) || sourceless
-}
-
-fn read_buffers(root: &Root, blob: Option<&[u8]>, folder: &Folder, limits: &Limits) -> Outcome<Vec<Vec<u8>>> {
-    let mut left = limits.buffer_bytes;
-    let mut buffers = Vec::with_capacity(root.buffers.len());
-    for (i, buffer) in root.buffers.iter().enumerate() {
-        let wanted = buffer.byte_length.0;
-        if wanted > left {
-            return Err(format!("buffer {i}: {wanted} bytes, more than the limit of {} in all", limits.buffer_bytes));
-        }
-        left -= wanted;
-        let mut bytes = match (&buffer.uri, blob) {
-            (Some(uri), _) => folder.fetch(uri).map_err(|cause| format!("buffer {i}: {cause}"))?,
-            (None, Some(blob)) if i == 0 => blob.to_vec(),
-            (None, _) => return Err(format!("buffer {i} has neither a URI nor a BIN chunk")),
-        };
-        if (bytes.len() as u64) < wanted {
-            return Err(format!("buffer {i}: {} of {wanted} bytes are missing", wanted - bytes.len() as u64));
-        }
-        bytes.truncate(wanted as usize);
-        buffers.push(bytes);
-    }
-    Ok(buffers)
+/// Reads the document `text` and does something with it.
+#[cfg(test)]
+pub(super) fn test_document<T>(text: &str, with: impl FnOnce(&Document) -> T) -> T {
+    let (notes, limits) = (&mut Notes::default(), Limits::default());
+    let folder = Folder::of("x.gltf".as_ref(), 0).unwrap();
+    let container = Container::split(text.as_bytes(), notes).unwrap();
+    let source = Source { folder: &folder, blob: None, length: text.len() as u64, most_bytes: 0 };
+    with(&Document::parse(&container, source, &limits, notes).unwrap())
 }

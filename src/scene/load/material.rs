@@ -2,35 +2,37 @@
 
 use std::collections::HashMap;
 
-use gltf::json::extensions::texture::TextureTransform;
-use gltf::json::material::{AlphaMode, Material as JsonMaterial, NormalTexture};
-use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Root};
-
-use super::Notes;
+use super::document::Document;
 use super::images::Role;
-use crate::scene::{Alpha, Material, Texture, TextureRef, Wrap};
+use super::json::Object;
+use super::notes::{Notes, Outcome, clip};
+use super::part::Part;
+use crate::scene::{Alpha, Material, TextureRef, Wrap};
 
 /// Largest index of refraction that is read. An ior of 0 stands for "reflects everything" in KHR_materials_ior.
 const MAX_IOR: f32 = 100.0;
 /// Least transmission colour of a volume: -ln of it is the largest optical depth at the attenuation distance.
 const DARKEST_ATTENUATION: f32 = 1e-6;
+/// Index of refraction of materials that do not say.
+const DEFAULT_IOR: f32 = 1.5;
 /// Alpha cut-off of masks that give none.
 const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// Converts the materials in file order. Textures that are used are listed in `used`; the references index that list.
 pub(super) struct Converter<'a> {
-    root: &'a Root,
+    document: &'a Document<'a>,
     /// Textures of the file and what they are, in the order of [`TextureRef::texture`].
-    pub used: Vec<(usize, Role)>,
+    pub used: Vec<UsedTexture>,
     /// Where in `used` a texture is.
-    slots: HashMap<(usize, Role), u32>,
+    slots: HashMap<UsedTexture, u32>,
 }
+
+/// A texture of the file, and what it is to materials.
+pub(super) type UsedTexture = (u32, Role);
 
 /// Brings values of one material into range and remembers whether it had to.
 struct Range<'a> {
-    index: usize,
+    place: &'a str,
     notes: &'a mut Notes,
 }
 
@@ -39,7 +41,7 @@ impl Range<'_> {
         // NaN becomes the lower end.
         let clamped = if value >= low { value.min(high) } else { low };
         if clamped != value {
-            self.notes.fault(format!("material {}: {what} {value} was clamped to {clamped}", self.index));
+            self.notes.fault(format!("{}: {what} {value} was clamped to {clamped}", self.place));
         }
         clamped
     }
@@ -54,161 +56,201 @@ const UNIT: [f32; 2] = [0.0, 1.0];
 const RADIANCE: [f32; 2] = [0.0, 1e20];
 
 impl<'a> Converter<'a> {
-    pub fn new(root: &'a Root) -> Self {
-        Self { root, used: Vec::new(), slots: HashMap::new() }
+    pub fn new(document: &'a Document<'a>) -> Self {
+        Self { document, used: Vec::new(), slots: HashMap::new() }
     }
 
-    /// Material `index` of the file.
-    pub fn material(&mut self, index: usize, json: &JsonMaterial, notes: &mut Notes) -> Material {
-        let mut material = self.core(index, json, notes);
-        self.extensions(&mut material, index, json, notes);
-        material.alpha = match &json.alpha_mode {
-            Checked::Valid(AlphaMode::Mask) => Alpha::Mask(json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |c| c.0)),
-            Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
-            _ => Alpha::Opaque,
-        };
-        if matches!(material.alpha, Alpha::Mask(cutoff) if !cutoff.is_finite()) {
-            notes.fault(format!("material {index}: the alpha cut-off is not finite and was set to {DEFAULT_CUTOFF}"));
-            material.alpha = Alpha::Mask(DEFAULT_CUTOFF);
-        }
+    /// A material of the file.
+    pub fn material(&mut self, part: &Part, notes: &mut Notes) -> Material {
+        let mut material = self.core(part, notes);
+        self.extensions(&mut material, part, notes);
+        material.alpha = alpha(part, notes);
         material
     }
 
-    fn core(&mut self, index: usize, json: &JsonMaterial, notes: &mut Notes) -> Material {
-        let pbr = &json.pbr_metallic_roughness;
-        let strength =
-            json.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |s| s.emissive_strength.0);
-        let mut range = Range { index, notes };
+    fn core(&mut self, part: &Part, notes: &mut Notes) -> Material {
+        let none = Part::new(String::new(), Object::default());
+        let pbr = part.part("pbrMetallicRoughness", notes).unwrap_or(none);
+        let strength = part.extension("KHR_materials_emissive_strength", notes);
+        let strength = strength.and_then(|part| part.number("emissiveStrength", notes)).unwrap_or(1.0);
+        let emission = part.numbers("emissiveFactor", notes).unwrap_or([0.0; 3]);
+        let base_color = pbr.numbers("baseColorFactor", notes).unwrap_or([1.0; 4]);
+        let mut factor = |name| pbr.number(name, notes).unwrap_or(1.0);
+        let (metallic, roughness) = (factor("metallicFactor"), factor("roughnessFactor"));
+        let normal = part.part("normalTexture", notes);
+        let scale = normal.as_ref().and_then(|part| part.number("scale", notes)).filter(|scale| scale.is_finite());
+        let mut range = Range { place: &part.place, notes };
         let strength = range.clamp("emissive strength", strength, RADIANCE);
-        let emissive = range.clamp_all("emission", json.emissive_factor.0, RADIANCE);
+        let emissive = range.clamp_all("emission", emission, RADIANCE);
         Material {
-            name: json.name.clone().unwrap_or_default(),
-            base_color: range.clamp_all("base colour", pbr.base_color_factor.0, UNIT),
-            metallic: range.clamp("metallic factor", pbr.metallic_factor.0, UNIT),
-            roughness: range.clamp("roughness", pbr.roughness_factor.0, UNIT),
+            base_color: range.clamp_all("base colour", base_color, UNIT),
+            metallic: range.clamp("metallic factor", metallic, UNIT),
+            roughness: range.clamp("roughness", roughness, UNIT),
             emissive: range.clamp_all("emission", emissive.map(|e| e * strength), RADIANCE),
-            double_sided: json.double_sided,
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), Role::Color, range.notes),
-            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Role::Data, range.notes),
-            normal_texture: json.normal_texture.as_ref().and_then(|t| self.normal_texture(t, range.notes)),
-            normal_scale: json.normal_texture.as_ref().map_or(1.0, |t| if t.scale.is_finite() { t.scale } else { 1.0 }),
-            emissive_texture: self.texture(json.emissive_texture.as_ref(), Role::Color, range.notes),
+            name: part.text("name", notes).unwrap_or_default().into_owned(),
+            double_sided: part.flag("doubleSided", notes).unwrap_or(false),
+            base_color_texture: self.texture(&pbr, ("baseColorTexture", Role::Color), notes),
+            metallic_roughness_texture: self.texture(&pbr, ("metallicRoughnessTexture", Role::Data), notes),
+            normal_texture: self.texture(part, ("normalTexture", Role::Normal), notes),
+            normal_scale: scale.unwrap_or(1.0),
+            emissive_texture: self.texture(part, ("emissiveTexture", Role::Color), notes),
             ..Material::default()
         }
     }
 
-    fn extensions(&mut self, material: &mut Material, index: usize, json: &JsonMaterial, notes: &mut Notes) {
-        let Some(extensions) = &json.extensions else { return };
-        let mut range = Range { index, notes };
-        material.unlit = extensions.unlit.is_some();
-        if let Some(ior) = &extensions.ior {
-            let ior = if ior.ior.0 == 0.0 { MAX_IOR } else { ior.ior.0 };
-            material.ior = range.clamp("index of refraction", ior, [1.0, MAX_IOR]);
+    fn extensions(&mut self, material: &mut Material, part: &Part, notes: &mut Notes) {
+        material.unlit = part.extension("KHR_materials_unlit", notes).is_some();
+        if let Some(ior) = part.extension("KHR_materials_ior", notes) {
+            let ior = ior.number("ior", notes).map_or(DEFAULT_IOR, |ior| if ior == 0.0 { MAX_IOR } else { ior });
+            material.ior = Range { place: &part.place, notes }.clamp("index of refraction", ior, [1.0, MAX_IOR]);
         }
-        if let Some(specular) = &extensions.specular {
-            material.specular = range.clamp("specular factor", specular.specular_factor.0, UNIT);
-            material.specular_color =
-                range.clamp_all("specular colour", specular.specular_color_factor.0, [0.0, f32::MAX]);
-            material.specular_texture = self.texture(specular.specular_texture.as_ref(), Role::Data, range.notes);
-            if specular.specular_color_texture.is_some() {
-                range.notes.note(format!("material {index}: the specular colour texture is ignored"));
+        if let Some(specular) = part.extension("KHR_materials_specular", notes) {
+            let factor = specular.number("specularFactor", notes).unwrap_or(1.0);
+            let color = specular.numbers("specularColorFactor", notes).unwrap_or([1.0; 3]);
+            let mut range = Range { place: &part.place, notes };
+            material.specular = range.clamp("specular factor", factor, UNIT);
+            material.specular_color = range.clamp_all("specular colour", color, [0.0, f32::MAX]);
+            material.specular_texture = self.texture(&specular, ("specularTexture", Role::Data), notes);
+            if specular.has("specularColorTexture") {
+                notes.note(format!("{}: the specular colour texture is ignored", part.place));
             }
         }
-        if let Some(transmission) = &extensions.transmission {
-            material.transmission = range.clamp("transmission", transmission.transmission_factor.0, UNIT);
-            material.transmission_texture =
-                self.texture(transmission.transmission_texture.as_ref(), Role::Data, range.notes);
+        if let Some(transmission) = part.extension("KHR_materials_transmission", notes) {
+            let factor = transmission.number("transmissionFactor", notes).unwrap_or(0.0);
+            material.transmission = Range { place: &part.place, notes }.clamp("transmission", factor, UNIT);
+            material.transmission_texture = self.texture(&transmission, ("transmissionTexture", Role::Data), notes);
         }
-        if let Some(volume) = &extensions.volume {
-            let thickness = range.clamp("thickness", volume.thickness_factor.0, [0.0, f32::MAX]);
-            material.volume = thickness > 0.0;
-            let color = range.clamp_all("attenuation colour", volume.attenuation_color.0, UNIT);
-            let distance = volume.attenuation_distance.0;
-            if distance.is_nan() || distance <= 0.0 {
-                range.notes.fault(format!("material {index}: attenuation distance {distance} was ignored"));
-            } else if material.volume {
-                // KHR_materials_volume: T(x) = colour^(x / distance) = exp(-absorption x).
-                let depth = color.map(|c| -c.max(DARKEST_ATTENUATION).ln());
-                material.absorption = range.clamp_all("absorption", depth.map(|d| (d / distance).abs()), [0.0, 1e30]);
-            }
+        if let Some(volume) = part.extension("KHR_materials_volume", notes) {
+            add_volume(material, (part, &volume), notes);
         }
     }
 
-    fn texture(&mut self, info: Option<&Info>, role: Role, notes: &mut Notes) -> Option<TextureRef> {
-        let info = info?;
-        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.clone());
-        self.reference((info.index, role), info.tex_coord, transform, notes)
+    /// The texture that member `name` uses, if there is one that can be read.
+    fn texture(&mut self, part: &Part, (name, role): (&str, Role), notes: &mut Notes) -> Option<TextureRef> {
+        let info = part.part(name, notes)?;
+        let reference = self.reference(&info, role, notes);
+        notes.or_fault(reference.map_err(|cause| format!("{}: {cause}; the texture is ignored", info.place)))
     }
 
-    /// Normal textures keep KHR_texture_transform among the extensions that the typed JSON does not know.
-    fn normal_texture(&mut self, info: &NormalTexture, notes: &mut Notes) -> Option<TextureRef> {
-        let raw = info.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
-        let transform = raw.and_then(|raw| serde_json::from_value(raw.clone()).ok());
-        self.reference((info.index, Role::Normal), info.tex_coord, transform, notes)
-    }
-
-    fn reference(
-        &mut self,
-        (texture, role): (Index<gltf::json::Texture>, Role),
-        uv_set: u32,
-        transform: Option<TextureTransform>,
-        notes: &mut Notes,
-    ) -> Option<TextureRef> {
-        let index = texture.value();
-        let uv_set = transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(uv_set);
-        if uv_set > 1 {
-            notes.fault(format!("texture {index}: coordinate set {uv_set} is not supported; the texture is ignored"));
-            return None;
+    fn reference(&mut self, info: &Part, role: Role, notes: &mut Notes) -> Outcome<TextureRef> {
+        let index = info.index("index")?.ok_or("it names no texture")?;
+        let transform = info.extension("KHR_texture_transform", notes);
+        let own_set = info.count("texCoord")?;
+        let set =
+            transform.as_ref().map_or(Ok(None), |transform| transform.count("texCoord"))?.or(own_set).unwrap_or(0);
+        let uv_set = u32::try_from(set).ok().filter(|set| *set <= 1);
+        let uv_set = uv_set.ok_or_else(|| format!("coordinate set {set} is not supported"))?;
+        if index as usize >= self.document.textures.len() {
+            return Err(format!("texture {index} does not exist"));
         }
-        if self.root.textures.get(index)?.source.value() >= self.root.images.len() {
-            notes.fault(format!("texture {index} has no image that can be read; it is ignored"));
-            return None;
-        }
-        let matrix = uv_matrix(transform.unwrap_or_default());
+        let matrix = transform.map_or(UvTransform::default(), |part| UvTransform::of(&part, notes)).matrix();
         if !matrix.iter().flatten().all(|x| x.is_finite()) {
-            notes.fault(format!("texture {index}: its transform is not finite; the texture is ignored"));
-            return None;
+            return Err("its transform is not finite".into());
         }
         let texture = *self.slots.entry((index, role)).or_insert_with(|| {
             self.used.push((index, role));
             self.used.len() as u32 - 1
         });
-        Some(TextureRef { texture, uv_set, transform: matrix })
+        Ok(TextureRef { texture, uv_set, transform: matrix })
     }
 }
 
-/// KHR_texture_transform: translation * rotation * scale. The rotation is counter-clockwise as seen in the image,
-/// whose v axis points down.
-fn uv_matrix(t: TextureTransform) -> [[f32; 3]; 2] {
-    let (sin, cos) = t.rotation.0.sin_cos();
-    let ([sx, sy], [ox, oy]) = (t.scale.0, t.offset.0);
-    [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
+/// What alpha means.
+fn alpha(part: &Part, notes: &mut Notes) -> Alpha {
+    match part.text("alphaMode", notes).as_deref() {
+        Some("MASK") => {
+            let cutoff = part.number("alphaCutoff", notes).unwrap_or(DEFAULT_CUTOFF);
+            if cutoff.is_finite() {
+                return Alpha::Mask(cutoff);
+            }
+            let place = &part.place;
+            notes.fault(format!("{place}: the alpha cut-off is not finite and was set to {DEFAULT_CUTOFF}"));
+            Alpha::Mask(DEFAULT_CUTOFF)
+        }
+        Some("BLEND") => Alpha::Blend,
+        None | Some("OPAQUE") => Alpha::Opaque,
+        Some(mode) => {
+            notes.fault(format!("{}: the alpha mode {} is unknown; it is opaque", part.place, clip(mode)));
+            Alpha::Opaque
+        }
+    }
 }
 
-/// The sampler of a texture, paired with image slot `image`.
-pub(super) fn sampler(root: &Root, texture: usize, image: u32) -> Texture {
-    let none = Sampler::default();
-    let index = root.textures.get(texture).and_then(|t| t.sampler);
-    let sampler = index.and_then(|s| root.samplers.get(s.value())).unwrap_or(&none);
-    let wrap = |mode: &Checked<WrappingMode>| match mode {
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
-        _ => Wrap::Repeat,
-    };
-    let linear = sampler.mag_filter != Some(Checked::Valid(MagFilter::Nearest));
-    Texture { image, wrap: [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)], linear }
+/// KHR_materials_volume of `part`.
+fn add_volume(material: &mut Material, (part, volume): (&Part, &Part), notes: &mut Notes) {
+    let thickness = volume.number("thicknessFactor", notes).unwrap_or(0.0);
+    let color = volume.numbers("attenuationColor", notes).unwrap_or([1.0; 3]);
+    let distance = volume.number("attenuationDistance", notes).unwrap_or(f32::INFINITY);
+    let mut range = Range { place: &part.place, notes };
+    material.volume = range.clamp("thickness", thickness, [0.0, f32::MAX]) > 0.0;
+    let color = range.clamp_all("attenuation colour", color, UNIT);
+    if distance.is_nan() || distance <= 0.0 {
+        range.notes.fault(format!("{}: attenuation distance {distance} was ignored", part.place));
+    } else if material.volume {
+        // KHR_materials_volume: T(x) = colour^(x / distance) = exp(-absorption x).
+        let depth = color.map(|c| -c.max(DARKEST_ATTENUATION).ln());
+        material.absorption = range.clamp_all("absorption", depth.map(|d| (d / distance).abs()), [0.0, 1e30]);
+    }
+}
+
+/// What KHR_texture_transform says.
+struct UvTransform {
+    offset: [f32; 2],
+    rotation: f32,
+    scale: [f32; 2],
+}
+
+impl Default for UvTransform {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
+    }
+}
+
+impl UvTransform {
+    fn of(part: &Part, notes: &mut Notes) -> Self {
+        let none = Self::default();
+        Self {
+            offset: part.numbers("offset", notes).unwrap_or(none.offset),
+            rotation: part.number("rotation", notes).unwrap_or(none.rotation),
+            scale: part.numbers("scale", notes).unwrap_or(none.scale),
+        }
+    }
+
+    /// Translation * rotation * scale. The rotation is counter-clockwise as seen in the image, whose v axis points down.
+    fn matrix(&self) -> [[f32; 3]; 2] {
+        let (sin, cos) = self.rotation.sin_cos();
+        let ([sx, sy], [ox, oy]) = (self.scale, self.offset);
+        [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
+    }
+}
+
+/// Wrapping and filter of a texture.
+pub(super) fn sampler(document: &Document, texture: &Part, notes: &mut Notes) -> ([Wrap; 2], bool) {
+    let index = notes.or_fault(texture.index("sampler")).flatten();
+    let sampler = index.and_then(|index| notes.or_fault(document.samplers.part(index as usize)));
+    let mut code = |name| sampler.as_ref().and_then(|sampler| notes.or_fault(sampler.count(name)).flatten());
+    let (s, t, magnification) = (code("wrapS"), code("wrapT"), code("magFilter"));
+    let wrap = [s, t].map(|mode| match mode {
+        Some(33071) => Wrap::Clamp,
+        Some(33648) => Wrap::Mirror,
+        None | Some(10497) => Wrap::Repeat,
+        Some(mode) => {
+            notes.fault(format!("{}: the wrapping mode {mode} is unknown; it repeats", texture.place));
+            Wrap::Repeat
+        }
+    });
+    (wrap, magnification != Some(9728))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::load::document::test_document;
 
     #[test]
     fn texture_transform_of_the_extension() {
         // The example of KHR_texture_transform: a quarter turn about the lower left corner.
-        let t: TextureTransform =
-            serde_json::from_str(r#"{"offset": [0, 1], "rotation": 1.5707964, "scale": [0.5, 0.5]}"#).unwrap();
-        let m = uv_matrix(t);
+        let m = UvTransform { offset: [0.0, 1.0], rotation: 1.5707964, scale: [0.5, 0.5] }.matrix();
         let at = |u: f32, v: f32| m.map(|r| r[0] * u + r[1] * v + r[2]);
         let close = |a: [f32; 2], b: [f32; 2]| assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6, "{a:?} {b:?}");
         close(at(0.0, 0.0), [0.0, 1.0]);
@@ -217,9 +259,12 @@ mod tests {
     }
 
     fn convert(json: &str) -> (Material, Notes) {
-        let root: Root = serde_json::from_str(r#"{"asset": {"version": "2.0"}}"#).unwrap();
         let mut notes = Notes::default();
-        let material = Converter::new(&root).material(0, &serde_json::from_str(json).unwrap(), &mut notes);
+        let text = format!(r#"{{"asset": {{"version": "2.0"}}, "materials": [{json}]}}"#);
+        let material = test_document(&text, |document| {
+            let part = document.materials.part(0).unwrap();
+            Converter::new(document).material(&part, &mut notes)
+        });
         (material, notes)
     }
 

@@ -9,28 +9,42 @@
 //! charts of opposite handedness share vertices.
 
 mod accessor;
+mod buffers;
+mod container;
 mod deform;
 mod document;
 mod images;
+mod instancing;
+mod json;
 mod lights;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
+mod notes;
+mod part;
+mod primitive;
 mod resolve;
+mod textures;
 mod unit;
+mod variants;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DMat4;
 
+use self::buffers::Source;
+use self::container::Container;
 use self::document::Document;
-use self::images::{Images, Role};
-use self::material::Converter;
+use self::images::ImageSource;
+use self::material::{Converter, UsedTexture};
+use self::notes::{Notes, Outcome};
 use self::resolve::{Folder, read_limited};
 use self::unit::Unit;
+use self::variants::Chosen;
+use super::world;
 use crate::error::{Error, Result};
-
-use crate::scene::{EnvironmentFile, Material, Scene, World};
+use crate::scene::{EnvironmentFile, Material, Scene};
 
 /// Upper bounds on what a scene may cost, so that a small file cannot ask for the whole machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,61 +91,13 @@ impl Default for Limits {
     }
 }
 
-/// Why something could not be read; the file is added by [`load`].
-type Outcome<T> = std::result::Result<T, String>;
-
-/// Warnings collected while loading.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Notes {
-    /// What the user should know; no sentence twice.
-    list: Vec<String>,
-    /// Sentences beyond the first few.
-    more: u64,
-    first_fault: Option<String>,
-    faults: u64,
-}
-
-impl Notes {
-    /// Warnings kept; a damaged file could cause millions.
-    const MOST: usize = 100;
-
-    /// Something ignored or chosen: worth knowing, not wrong.
-    fn note(&mut self, text: String) {
-        if self.list.len() >= Self::MOST {
-            self.more += 1;
-        } else if !self.list.contains(&text) {
-            self.list.push(text);
-        }
-    }
-
-    /// Something wrong in the file that was clamped or skipped.
-    fn fault(&mut self, text: String) {
-        self.faults += 1;
-        self.first_fault.get_or_insert_with(|| text.clone());
-        self.note(text);
-    }
-
-    /// Tells of normals that had no direction, if there were any.
-    fn replaced_normals(&mut self, any: bool) {
-        if any {
-            self.fault("normals without a direction were replaced by those of the triangles".into());
-        }
-    }
-
-    #[cfg(test)]
-    fn faults(&self) -> u64 {
-        self.faults
-    }
-
-    fn finish(mut self, limits: &Limits) -> Outcome<Vec<String>> {
-        if let Some(fault) = self.first_fault.filter(|_| limits.strict) {
-            return Err(fault);
-        }
-        if self.more > 0 {
-            self.list.push(format!("{} more warnings of this kind", self.more));
-        }
-        Ok(self.list)
-    }
+/// What is chosen when a scene is loaded.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Choices {
+    /// The map that lights the scene instead of its sky.
+    pub environment: Option<EnvironmentFile>,
+    /// The variant of the materials by name, otherwise by index from 0; none is the materials as they are.
+    pub variant: Option<String>,
 }
 
 impl Scene {
@@ -159,8 +125,16 @@ pub fn load(path: &Path, limits: &Limits) -> Result<Scene> {
 /// # Errors
 /// As [`load`], for either file.
 pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>, limits: &Limits) -> Result<Scene> {
-    let (mut scene, dim) = read(path, limits)?;
-    if let Some(file) = environment {
+    load_with(path, &Choices { environment: environment.cloned(), ..Choices::default() }, limits)
+}
+
+/// Like [`load`], with choices.
+///
+/// # Errors
+/// As [`load`], for either file; [`Error::Scene`] if there is no such variant.
+pub fn load_with(path: &Path, choices: &Choices, limits: &Limits) -> Result<Scene> {
+    let (mut scene, dim) = read(path, choices.variant.as_deref(), limits)?;
+    if let Some(file) = &choices.environment {
         let (map, warnings) = file.load(limits)?;
         scene.files.push(file.path.clone());
         scene.environment = Some(map);
@@ -174,100 +148,79 @@ pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>,
 }
 
 /// A scene that may lack light and camera, and what to tell of its light if there is no other.
-fn read(path: &Path, limits: &Limits) -> Result<(Scene, Option<String>)> {
+fn read(path: &Path, variant: Option<&str>, limits: &Limits) -> Result<(Scene, Option<String>)> {
     let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, "read", e))?;
     if !metadata.is_file() {
         return Err(Error::scene(path, "is not a regular file"));
     }
     let bytes = read_limited(path, limits.file_bytes).map_err(|cause| Error::scene(path, cause))?;
-    let scene = Folder::of(path, limits.file_bytes).and_then(|folder| assemble(&bytes, &folder, limits));
+    let folder = Folder::of(path, limits.file_bytes);
+    let scene = folder.and_then(|folder| assemble(&bytes, &folder, variant, limits));
     scene.map(|(scene, dim)| (Scene { path: path.to_owned(), ..scene }, dim)).map_err(|cause| Error::scene(path, cause))
 }
 
 /// The same from the bytes of the file.
-fn assemble(bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<(Scene, Option<String>)> {
+fn assemble(bytes: &[u8], folder: &Folder, variant: Option<&str>, limits: &Limits) -> Outcome<(Scene, Option<String>)> {
     let mut notes = Notes::default();
-    let document = Document::parse(bytes, folder, limits, &mut notes)?;
-    let root = &document.root;
+    let container = Container::split(bytes, &mut notes)?;
+    let source = Source { folder, blob: container.blob, length: bytes.len() as u64, most_bytes: limits.buffer_bytes };
+    let document = Document::parse(&container, source, limits, &mut notes)?;
+    let chosen = Chosen::of(variant, &document.variants)?;
+    let source = ImageSource { document: &document, folder, limits };
     let mut first = notes.clone();
-    let (mut scene, mut textures) = placed(&document, DMat4::IDENTITY, limits, &mut first)?;
+    let mut scene = placed(&source, DMat4::IDENTITY, &chosen, &mut first)?;
     if let Some(unit) = Unit::needed(&scene) {
-        (scene, textures) = placed(&document, unit.root(), limits, &mut notes)?;
+        drop(scene);
+        document.buffers.start_again();
+        scene = placed(&source, unit.root(), &chosen, &mut notes)?;
         unit.apply(&mut scene)?;
         notes.note(unit.note());
     } else {
         notes = first;
     }
-    scene.files = named_files(root, folder);
-    let world = World::of(&scene);
-    scene.skipped.add(world.skipped);
-    notes.replaced_normals(world.replaced_normals);
-    let wanted = wanted_images(&document, &textures);
-    let Images { images, places } = images::images(&document, folder, &wanted, limits, &mut notes)?;
-    scene.images = images;
-    let image = |texture| wanted.binary_search(&image_of(&document, texture)).map_or(0, |at| places[at]);
-    scene.textures = textures.iter().map(|&t| material::sampler(root, t.0, image(t))).collect();
+    scene.variants.clone_from(&document.variants);
+    scene.files = document.named_files(folder);
+    let survey = world::survey(&scene);
+    scene.skipped.add(survey.skipped);
+    notes.replaced_normals(survey.replaced_normals);
     count_skipped(&scene, &mut notes);
     scene.warnings = notes.finish(limits)?;
-    let dim = scene.dim_light(&world);
+    let dim = scene.dim_light(&survey);
     Ok((scene, dim))
 }
 
-/// The files of buffers and images, also of those that no part of the scene uses.
-fn named_files(root: &gltf::json::Root, folder: &Folder) -> Vec<PathBuf> {
-    let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
-    let images = root.images.iter().filter_map(|image| image.uri.as_deref());
-    let mut files: Vec<PathBuf> = buffers.chain(images).filter_map(|uri| folder.file_of(uri)).collect();
-    files.sort_unstable();
-    files.dedup();
-    files
-}
-
-/// What the document places in the world, with `start` before all of it, and the textures in use.
-fn placed(document: &Document, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<(Scene, Vec<UsedTexture>)> {
-    let root = &document.root;
-    let hierarchy = nodes::walk(root, start, limits, notes)?;
-    let used = mesh::used_materials(root, &hierarchy);
+/// What the document places in the world, with `start` before all of it. Fails if all of it is lost.
+fn placed(source: &ImageSource, start: DMat4, chosen: &Chosen, notes: &mut Notes) -> Outcome<Scene> {
+    let ImageSource { document, limits, .. } = *source;
+    let hierarchy = nodes::walk(document, start, limits, notes)?;
+    let used = mesh::used_materials(document, &hierarchy, chosen);
     let (materials, textures) = materials(document, &used, notes);
     let mut scene = Scene {
-        lights: lights::lights(root, &hierarchy.placed, notes)?,
-        cameras: lights::cameras(root, &hierarchy.placed, notes)?,
+        lights: lights::lights(document, &hierarchy.placed, notes),
+        cameras: lights::cameras(document, &hierarchy.placed, notes),
         materials,
         ..Scene::default()
     };
-    mesh::MeshReader::new(document, limits, &used).add_all(&hierarchy, &mut scene, notes)?;
-    Ok((scene, textures))
+    textures::add(source, &textures, &mut scene, notes);
+    mesh::MeshReader::new(document, limits, &used, chosen).add_all(&hierarchy, &mut scene, notes)?;
+    match notes.first_loss().filter(|_| scene.instances.is_empty()) {
+        Some(loss) => Err(loss.to_owned()),
+        None => Ok(scene),
+    }
 }
 
-/// A texture of the file, and what it is to materials.
-type UsedTexture = (usize, Role);
-
 /// The materials in use, never none, and the textures they use.
-fn materials(document: &Document, used: &[Option<usize>], notes: &mut Notes) -> (Vec<Material>, Vec<UsedTexture>) {
-    let mut converter = Converter::new(&document.root);
-    let mut materials: Vec<Material> = used
-        .iter()
-        .map(|index| match index.and_then(|i| Some((i, document.root.materials.get(i)?))) {
-            Some((i, json)) => converter.material(i, json, notes),
-            None => Material::default(),
-        })
-        .collect();
+fn materials(document: &Document, used: &[Option<u32>], notes: &mut Notes) -> (Vec<Material>, Vec<UsedTexture>) {
+    let mut converter = Converter::new(document);
+    let mut materials = Vec::with_capacity(used.len().max(1));
+    for index in used {
+        let part = index.and_then(|index| notes.or_fault(document.materials.part(index as usize)));
+        materials.push(part.map_or_else(Material::default, |part| converter.material(&part, notes)));
+    }
     if materials.is_empty() {
         materials.push(Material::default());
     }
     (materials, converter.used)
-}
-
-/// The images of the textures in use and what they are, each once, in ascending order.
-fn wanted_images(document: &Document, textures: &[UsedTexture]) -> Vec<(usize, Role)> {
-    let mut wanted: Vec<_> = textures.iter().map(|&texture| image_of(document, texture)).collect();
-    wanted.sort_unstable();
-    wanted.dedup();
-    wanted
-}
-
-fn image_of(document: &Document, (texture, role): UsedTexture) -> (usize, Role) {
-    (document.root.textures[texture].source.value(), role)
 }
 
 fn count_skipped(scene: &Scene, notes: &mut Notes) {

@@ -1,101 +1,197 @@
 //! The node hierarchy: world transforms of everything that is placed in the scene.
 
-use glam::{DMat4, DQuat, DVec3};
-use gltf::json::scene::Node;
-use gltf::json::{Index, Root};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 
-use super::{Limits, Notes, Outcome};
+use super::Limits;
+use super::document::Document;
+use super::notes::{Notes, Outcome};
+use super::part::Part;
 
 /// A node of the chosen scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Placed {
     /// Index of the node in the file.
-    pub node: usize,
+    pub node: u32,
     /// Local to world.
     pub to_world: DMat4,
+    pub holds: Holds,
 }
 
-/// World transforms of all nodes, and those of the chosen scene in depth-first order.
+/// What a node places, by index in the lists of the file.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Holds {
+    pub mesh: Option<u32>,
+    pub skin: Option<u32>,
+    pub camera: Option<u32>,
+    pub light: Option<u32>,
+}
+
+/// The nodes of the chosen scene in depth-first order, children in the order they are listed.
 pub(super) struct Hierarchy {
-    /// In the order children are listed.
     pub placed: Vec<Placed>,
-    /// By node index; identity for nodes outside the chosen scene. Joints may be any of them.
-    pub world: Vec<DMat4>,
+    /// For each node of the file its place in `placed`, or [`ABSENT`].
+    places: Vec<u32>,
 }
 
-/// Walks the default scene (or the first, or all root nodes where the file has no scenes).
-///
-/// `start` is a map of the whole world. Fails on cycles, nodes with several parents, and hierarchies deeper than the
-/// limit.
-pub(super) fn walk(root: &Root, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<Hierarchy> {
-    let parents = count_parents(root)?;
-    let roots = scene_roots(root, &parents, notes)?;
-    let mut hierarchy = Hierarchy { placed: Vec::new(), world: vec![DMat4::IDENTITY; root.nodes.len()] };
-    let mut visited = vec![false; root.nodes.len()];
-    let mut stack: Vec<(usize, DMat4, u32)> = roots.iter().rev().map(|&i| (i, start, 0)).collect();
-    while let Some((i, parent, depth)) = stack.pop() {
-        let node = root.nodes.get(i).ok_or_else(|| format!("node {i} does not exist"))?;
-        if std::mem::replace(&mut visited[i], true) {
-            return Err(format!("node {i} is reached twice: nodes must form a tree"));
-        }
-        if depth > limits.depth {
-            return Err(format!("node {i} is nested deeper than the limit of {} levels", limits.depth));
-        }
-        let to_world = parent * local(node, i, notes);
-        if !to_world.is_finite() {
-            notes.fault(format!("node {i}: its transform is not finite; it was skipped with all below it"));
+const ABSENT: u32 = u32::MAX;
+
+impl Hierarchy {
+    /// Local to world of any node, identity outside of the chosen scene; `None` if there is no such node. Joints may be
+    /// any of them.
+    pub fn to_world(&self, node: u32) -> Option<DMat4> {
+        let place = *self.places.get(node as usize)?;
+        Some(self.placed.get(place as usize).map_or(DMat4::IDENTITY, |placed| placed.to_world))
+    }
+}
+
+/// A node that is still to be visited.
+struct Waiting {
+    node: u32,
+    parent: DMat4,
+    depth: u32,
+    visible: bool,
+}
+
+/// Walks the default scene (or the first, or all root nodes where the file has no scenes). A node that is listed twice
+/// is placed once. `start` is a map of the whole world. Fails on hierarchies deeper than the limit.
+pub(super) fn walk(document: &Document, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<Hierarchy> {
+    let mut walk = Walk { document, hidden: 0, stack: Vec::new(), hierarchy: Hierarchy::empty(document) };
+    let roots = scene_roots(document, notes);
+    let has_parent = children(document);
+    let (inner, outer): (Vec<u32>, Vec<u32>) =
+        roots.iter().partition(|root| has_parent.get(**root as usize).is_some_and(|known| *known));
+    // A root that is also below another node of the scene is placed where that node has it.
+    for root in outer.into_iter().chain(inner) {
+        if walk.is_placed(root) {
+            notes.fault(format!("node {root} is listed twice; it is shown once"));
             continue;
         }
-        hierarchy.world[i] = to_world;
-        hierarchy.placed.push(Placed { node: i, to_world });
-        for child in node.children.iter().flatten().rev() {
-            stack.push((child.value(), to_world, depth + 1));
+        walk.stack.push(Waiting { node: root, parent: start, depth: 0, visible: true });
+        while let Some(waiting) = walk.stack.pop() {
+            if waiting.depth > limits.depth {
+                let levels = limits.depth;
+                return Err(format!("node {} is nested deeper than the limit of {levels} levels", waiting.node));
+            }
+            let visited = walk.visit(&waiting, notes);
+            notes.or_lost(visited);
         }
     }
-    Ok(hierarchy)
+    if walk.hidden > 0 {
+        notes.note(format!("{} node(s) are hidden and left out", walk.hidden));
+    }
+    Ok(walk.hierarchy)
 }
 
-/// Number of parents of each node; fails on more than one and on cycles, wherever in the file they are.
-fn count_parents(root: &Root) -> Outcome<Vec<u32>> {
-    let mut parents = vec![0u32; root.nodes.len()];
-    for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
-        let count = parents.get_mut(child.value()).ok_or_else(|| format!("node {} does not exist", child.value()))?;
-        *count += 1;
-        if *count > 1 {
-            return Err(format!("node {} has several parents", child.value()));
+struct Walk<'a> {
+    document: &'a Document<'a>,
+    hierarchy: Hierarchy,
+    stack: Vec<Waiting>,
+    /// Nodes with a mesh or a light that are not shown.
+    hidden: u64,
+}
+
+impl Hierarchy {
+    fn empty(document: &Document) -> Self {
+        Self { placed: Vec::new(), places: vec![ABSENT; document.nodes.len()] }
+    }
+}
+
+impl Walk<'_> {
+    fn is_placed(&self, node: u32) -> bool {
+        self.hierarchy.places.get(node as usize).is_some_and(|place| *place != ABSENT)
+    }
+
+    /// Places a node and lists its children.
+    fn visit(&mut self, waiting: &Waiting, notes: &mut Notes) -> Outcome<()> {
+        let node = waiting.node;
+        let part = self.document.nodes.part(node as usize)?;
+        if self.is_placed(node) {
+            return Err(format!("node {node} is listed twice; it is shown once"));
+        }
+        let to_world = waiting.parent * local(&part, notes);
+        if !to_world.is_finite() {
+            notes.fault(format!("node {node}: its transform is not finite; it was skipped with all below it"));
+            return Ok(());
+        }
+        let visibility = part.extension("KHR_node_visibility", notes);
+        let shown = visibility.and_then(|part| part.flag("visible", notes)).unwrap_or(true);
+        let visible = waiting.visible && shown;
+        let mut holds = Holds::of(&part, notes);
+        if !visible && (holds.mesh.is_some() || holds.light.is_some()) {
+            self.hidden += 1;
+            holds = Holds { mesh: None, light: None, ..holds };
+        }
+        self.hierarchy.places[node as usize] = self.hierarchy.placed.len() as u32;
+        self.hierarchy.placed.push(Placed { node, to_world, holds });
+        let depth = waiting.depth + 1;
+        for child in part.indices("children", notes).into_iter().rev() {
+            self.stack.push(Waiting { node: child, parent: to_world, depth, visible });
+        }
+        Ok(())
+    }
+}
+
+impl Holds {
+    fn of(part: &Part, notes: &mut Notes) -> Self {
+        let mut index = |name: &str| notes.or_lost(part.index(name)).flatten();
+        let [mesh, skin, camera] = ["mesh", "skin", "camera"].map(&mut index);
+        let light = part.extension("KHR_lights_punctual", notes);
+        let light = light.and_then(|light| notes.or_fault(light.index("light")).flatten());
+        Self { mesh, skin, camera, light }
+    }
+}
+
+fn scene_roots(document: &Document, notes: &mut Notes) -> Vec<u32> {
+    let scenes = document.scenes.len();
+    if scenes == 0 {
+        let is_child = children(document);
+        return (0..is_child.len() as u32).filter(|i| !is_child[*i as usize]).collect();
+    }
+    let mut chosen = document.scene.unwrap_or(0) as usize;
+    if chosen >= scenes {
+        notes.fault(format!("scene {chosen} does not exist; scene 0 is shown"));
+        chosen = 0;
+    }
+    if scenes > 1 {
+        notes.note(format!("scene {chosen} of {scenes} is shown"));
+    }
+    let scene = notes.or_lost(document.scenes.part(chosen));
+    scene.map_or(Vec::new(), |scene| scene.indices("nodes", notes))
+}
+
+/// For each node whether it is the child of another.
+fn children(document: &Document) -> Vec<bool> {
+    let quiet = &mut Notes::default();
+    let mut is_child = vec![false; document.nodes.len()];
+    for part in (0..document.nodes.len()).filter_map(|i| document.nodes.part(i).ok()) {
+        for child in part.indices("children", quiet) {
+            if let Some(known) = is_child.get_mut(child as usize) {
+                *known = true;
+            }
         }
     }
-    // With at most one parent each, exactly the nodes of cycles cannot be reached from a node without parents.
-    let mut reached = 0;
-    let mut stack: Vec<usize> = (0..parents.len()).filter(|&i| parents[i] == 0).collect();
-    while let Some(i) = stack.pop() {
-        reached += 1;
-        stack.extend(root.nodes[i].children.iter().flatten().map(Index::value));
-    }
-    if reached < parents.len() { Err("its nodes form a cycle".into()) } else { Ok(parents) }
+    is_child
 }
 
-fn scene_roots(root: &Root, parents: &[u32], notes: &mut Notes) -> Outcome<Vec<usize>> {
-    if root.scenes.is_empty() {
-        return Ok((0..parents.len()).filter(|&i| parents[i] == 0).collect());
+fn local(part: &Part, notes: &mut Notes) -> DMat4 {
+    if let Some(matrix) = part.numbers::<16>("matrix", notes) {
+        let mut matrix = DMat4::from_cols_array(&matrix.map(f64::from));
+        let last_row = DVec4::W;
+        if matrix.row(3) != last_row && matrix.is_finite() {
+            notes.fault(format!("{}: the last row of its matrix is not 0, 0, 0, 1 and was ignored", part.place));
+            matrix = DMat4::from_cols_array_2d(&std::array::from_fn(|c| {
+                let [x, y, z, _] = matrix.col(c).to_array();
+                [x, y, z, last_row[c]]
+            }));
+        }
+        return matrix;
     }
-    let chosen = root.scene.map_or(0, |scene| scene.value());
-    let scene = root.scenes.get(chosen).ok_or_else(|| format!("scene {chosen} does not exist"))?;
-    if root.scenes.len() > 1 {
-        notes.note(format!("scene {chosen} of {} is shown", root.scenes.len()));
-    }
-    Ok(scene.nodes.iter().map(Index::value).collect())
-}
-
-fn local(node: &Node, index: usize, notes: &mut Notes) -> DMat4 {
-    if let Some(matrix) = node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
-    }
-    let translation = node.translation.unwrap_or_default();
-    let scale = node.scale.unwrap_or([1.0; 3]);
+    let translation = part.numbers("translation", notes).unwrap_or([0.0; 3]);
+    let scale = part.numbers("scale", notes).unwrap_or([1.0; 3]);
     let [translation, scale] = [translation, scale].map(|v| DVec3::from(v.map(f64::from)));
-    let rotation = rotation(node.rotation.unwrap_or_default().0).unwrap_or_else(|| {
-        notes.fault(format!("node {index}: a rotation of zero length was ignored"));
+    let quaternion = part.numbers("rotation", notes).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let rotation = rotation(quaternion).unwrap_or_else(|| {
+        notes.fault(format!("{}: a rotation of zero length was ignored", part.place));
         DQuat::IDENTITY
     });
     DMat4::from_scale_rotation_translation(scale, rotation, translation)

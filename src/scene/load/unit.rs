@@ -4,7 +4,7 @@
 
 use glam::{DMat4, DVec3};
 
-use super::Outcome;
+use super::notes::Outcome;
 use crate::scene::frame::Bounds;
 use crate::scene::{Light, Projection, Scene};
 
