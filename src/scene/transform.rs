@@ -61,12 +61,12 @@ impl From<DMat4> for Transform {
 }
 
 /// Whether the image of space is at least a plane, so that a surface stays one. Areas are compared with the squared
-/// length of the longest column, so the test does not depend on scale.
+/// largest component, so the test does not depend on scale.
 pub(super) fn spans_a_plane(m: &DMat4) -> bool {
     /// Height over longest side below which a parallelogram is a line: what is thinner has no area in single precision.
     const THINNEST: f64 = 1e-9;
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
-    let longest = x.length().max(y.length()).max(z.length());
+    let longest = x.abs().max(y.abs()).max(z.abs()).max_element();
     let [x, y, z] = [x, y, z].map(|column| column / longest);
     let widest = x.cross(y).length().max(y.cross(z).length()).max(z.cross(x).length());
     longest > 0.0 && longest.is_finite() && widest > THINNEST
