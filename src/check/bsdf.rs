@@ -133,7 +133,7 @@ fn furnaces(lab: &mut Lab) -> Result<()> {
         for &degrees in angles {
             let mut scene = tilted(material.clone(), degrees.to_radians(), 1e-3);
             scene.environment = Some(Environment::constant([1.0; 3]));
-            let path = Settings { method: Method::Path, photon_bounces: 64, ..settings(32, 32, 0) };
+            let path = Settings { method: Method::Path, photon_bounces: 3, eye_depth: 3, ..settings(24, 24, 0) };
             let shot = lab.shot(&scene, &path, 0..lab.pick(16, 64))?;
             let what = format!("{name} at {degrees} degrees: albedo");
             let noise = 3.0 * deviation(&shot.moments);

@@ -46,7 +46,8 @@ impl Finding {
         self
     }
 
-    /// A likely mistake would give `rival`.
+    /// A likely mistake would give `rival`. Of no use for [`Within::AtMost`] and [`Within::AtLeast`], which have a
+    /// side that everything passes on.
     pub fn not(&mut self, rival: f64) -> &mut Self {
         self.rival = Some(rival);
         self

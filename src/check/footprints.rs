@@ -69,7 +69,8 @@ fn semiaxes(photon: &Photon) -> [f64; 2] {
 
 /// A spotlight of a hundredth of a radian by way of a mirror: neighbouring photons are nearer than the least footprint.
 fn beam(lab: &mut Lab) -> Result<()> {
-    let mirror = Mesh::quad([-1.0, 4.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    // Hardly wider than the beam: caustic photons are aimed at all of it.
+    let mirror = Mesh::quad([-0.015, 4.0, -0.015], [0.03, 0.0, 0.0], [0.0, 0.0, 0.03]);
     let light = Light::Spot {
         position: [0.0, 3.0, 0.0],
         direction: [0.0, 1.0, 0.0],
@@ -80,7 +81,9 @@ fn beam(lab: &mut Lab) -> Result<()> {
     let parts = vec![(floor(10.0, 0.0), Material::lambert([0.5; 3])), (mirror, Material::mirror())];
     let scene = Scene::from_parts(parts, vec![light], from_above([0.0, 2.0, 0.0], 0.1));
     let radius = 1e-4 * scene.bounds().map_or(0.0, |bounds| f64::from(bounds.radius()));
-    let settings = Settings { read_photons: true, caustic_smoothing: 0.1, ..settings(8, 8, 200_000) };
+    // Two bounces: the mirror and the floor, so that only caustic photons are stored.
+    let settings =
+        Settings { read_photons: true, caustic_smoothing: 0.1, photon_bounces: 2, ..settings(8, 8, 200_000) };
     let shot = lab.shot(&scene, &settings, 0..1)?;
     let off = |photon: &Photon| semiaxes(photon).map(|axis| (axis / radius - 1.0).abs()).into_iter().fold(0.0, worse);
     let worst = shot.photons.iter().map(off).fold(0.0, worse);

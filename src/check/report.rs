@@ -12,7 +12,9 @@ fn number(value: f64) -> String {
         format!("{value}")
     } else if (1e-3..1e5).contains(&size) {
         let digits = (5 - size.log10().floor() as i32).clamp(0, 8) as usize;
-        format!("{value:.digits$}")
+        let text = format!("{value:.digits$}");
+        let whole = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        whole.to_owned()
     } else {
         format!("{value:.4e}")
     }
@@ -208,7 +210,7 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let texts = [0.0, 1.0, 0.12345678, 12_345.678, 1e-9, 3e20, f64::NAN, -0.5].map(number);
-        assert_eq!(texts, ["0", "1", "0.123457", "12345.7", "1.0000e-9", "3.0000e20", "NaN", "-0.500000"]);
+        assert_eq!(texts, ["0", "1", "0.123457", "12345.7", "1.0000e-9", "3.0000e20", "NaN", "-0.5"]);
     }
 
     #[test]

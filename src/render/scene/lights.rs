@@ -1,8 +1,13 @@
-//! The light table: every emitter with a probability proportional to its power.
+//! The light table: every emitter with the probability of being chosen.
+//!
+//! Most of it is proportional to power. A part is shared alike by all lights, where the triangles of one emission are one
+//! light, so that a weak light is found where no strong one shines: without it a lamp of 1e-8 of the power would be
+//! chosen once in 1e8 samples.
 //!
 //! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend
 //! on.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::host::Host;
@@ -21,6 +26,15 @@ pub struct LightTable {
     pub has_delta: bool,
     /// Sum of the powers, luminance [W].
     pub power: f64,
+    /// By the emission of triangles: how much more often they are chosen than by power.
+    preferences: BTreeMap<[u32; 3], f64>,
+}
+
+/// Part of the samples that lights share alike.
+const EVEN: f64 = 0.1;
+
+fn bits(emission: [f32; 3]) -> [u32; 3] {
+    emission.map(f32::to_bits)
 }
 
 pub(super) fn luminance(c: [f32; 3]) -> f64 {
@@ -46,7 +60,8 @@ impl LightTable {
         table.finish(&powers);
         let density = |(m, e): (&Material, &[f32; 3])| {
             let shines = table.has_triangles && !m.unlit && luminance(*e) > 0.0;
-            if shines { (sides(m) * PI * luminance(*e) / table.power) as f32 } else { 0.0 }
+            let preferred = table.preferences.get(&bits(*e)).copied().unwrap_or(1.0);
+            if shines { (preferred * (sides(m) * PI * luminance(*e) / table.power)) as f32 } else { 0.0 }
         };
         table.densities = scene.materials.iter().zip(&host.emission).map(density).collect();
         table
@@ -81,10 +96,19 @@ impl LightTable {
 
     fn finish(&mut self, powers: &[f64]) {
         self.power = powers.iter().sum();
+        let mut emissions = BTreeMap::new();
+        let triangles = self.lights.iter().zip(powers).filter(|(light, _)| light.kind == LIGHT_TRIANGLE);
+        triangles.clone().for_each(|(light, power)| *emissions.entry(bits(light.emission)).or_insert(0.0) += power);
+        let groups = (self.lights.len() - triangles.count() + emissions.len()) as f64;
+        let preference = |power: f64| (1.0 - EVEN) + EVEN * (self.power / power) / groups;
+        self.preferences = emissions.into_iter().map(|(emission, power)| (emission, preference(power))).collect();
         let mut cumulative = 0.0;
         for (light, power) in self.lights.iter_mut().zip(powers) {
-            cumulative += power / self.power;
-            light.probability = (power / self.power) as f32;
+            let triangle = light.kind == LIGHT_TRIANGLE;
+            let preferred = if triangle { self.preferences[&bits(light.emission)] } else { preference(*power) };
+            let probability = preferred * (power / self.power);
+            cumulative += probability;
+            light.probability = probability as f32;
             light.cumulative = cumulative as f32;
         }
     }
