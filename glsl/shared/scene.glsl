@@ -82,7 +82,7 @@ struct Globals {
     uint environment_width; // 0: no environment
     uint environment_height;
     float environment_probability; // of choosing the environment as a light
-    float reserved0;
+    float footprint_unit; // > 0: the radius, or less where few corners lie far beyond all others
     float reserved1;
     float reserved2;
 };

@@ -283,6 +283,7 @@ fn lowest(points: &[(f64, f64)]) -> f64 {
 
 /// A dish sends the sun to a plate just short of its focus; a weak light from the side lights the plate around the spot.
 fn bright_caustic(lab: &mut Lab) -> Result<()> {
+    const SIDE: usize = 64;
     let (focus, rim, ratio) = (1.0f64, 0.4, 1e6);
     // At this height the cone of light is a hundredth as wide as the dish.
     let height = focus - (focus - rim * rim / 4.0 / focus) * 0.04;
@@ -300,16 +301,17 @@ fn bright_caustic(lab: &mut Lab) -> Result<()> {
     let side = 0.5f32.sqrt();
     let weak = Light::Directional { direction: [side, side, 0.0], irradiance: [around_it as f32 / side; 3] };
     let scene = Scene::from_parts(parts, vec![bright, weak], camera);
-    let settings = Settings { caustic_smoothing: 1.5, ..settings(32, 32, 60_000) };
+    let settings = Settings { caustic_smoothing: 1.5, ..settings(SIDE as u32, SIDE as u32, 60_000) };
     let shot = lab.shot(&scene, &settings, 0..lab.pick(8, 32))?;
     let all = shot.mean("caustic") * f64::from(4.0 * view * view) * PI / 0.5;
     lab.found("flux of the caustic", all, flux, Within::Part(0.02));
-    let place = |i: usize| ((i as f64 + 0.5) / 32.0 * 2.0 - 1.0) * f64::from(view);
-    let at = |i: usize| place(i % 32).hypot(place(i / 32));
-    let (pixels, direct) = (shot.red(""), shot.red("direct"));
-    let around: Vec<usize> = (0..32 * 32).filter(|&i| at(i) > 2.5 * spot).collect();
+    let place = |i: usize| ((i as f64 + 0.5) / SIDE as f64 * 2.0 - 1.0) * f64::from(view);
+    let at = |i: usize| place(i % SIDE).hypot(place(i / SIDE));
+    // The dish throws the spot's own light back on all of the plate: that is indirect light.
+    let (caustic, direct) = (shot.red("caustic"), shot.red("direct"));
+    let around: Vec<usize> = (0..SIDE * SIDE).filter(|&i| at(i) > 2.5 * spot).collect();
     let expected = around_it * 0.5 / PI;
-    let found = around.iter().map(|&i| pixels[i]).sum::<f64>() / around.len() as f64;
+    let found = around.iter().map(|&i| caustic[i] + direct[i]).sum::<f64>() / around.len() as f64;
     lab.found("surroundings", found, expected, Within::Part(0.02));
     let lit = around.iter().map(|&i| direct[i]).sum::<f64>() / around.len() as f64;
     lab.found("surroundings, direct light alone", lit, expected, Within::Part(0.02));

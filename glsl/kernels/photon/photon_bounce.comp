@@ -24,7 +24,7 @@ layout(push_constant, scalar) uniform Params {
     float smoothing; // the paper's s for this class of photons
     uint bounce;
     float radius_min; // of discs, in scene units at the first pass
-    float radius_max; // also the fixed radius; of ellipses, in scene radii at the first pass
+    float radius_max; // also the fixed radius; of ellipses, in units of footprints at the first pass
 } params;
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
@@ -65,7 +65,7 @@ bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     // no unit suits both a cup and the table that it stands on.
     float scale = params.smoothing * pass[0].radius_scale;
     e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
-    float unit = globals[0].radius * pass[0].radius_scale;
+    float unit = globals[0].footprint_unit * pass[0].radius_scale;
     float smallest = MIN_RADIUS * unit, largest = params.radius_max * unit;
     if (!(e.longer < 3.0e38)) {
         atomicAdd(counters[COUNT_NOT_FINITE], 1u);
@@ -164,6 +164,9 @@ void diffuse_differential(inout Differential f, vec3 direction, float spacing) {
     // In units of the longest component: fourth powers of lengths neither under- nor overflow.
     float unit = max(max_component(abs(f.dp_u)), max_component(abs(f.dp_v)));
     float v = unit > 0.0 ? unit * sqrt(length(cross(f.dp_u / unit, f.dp_v / unit))) / spacing : 0.0;
+    // Each surface met at an angle makes footprints larger: after hundreds of them they would not be finite. Far beyond
+    // the largest that is stored.
+    v = min(v, 100.0 * globals[0].footprint_unit / spacing);
     f.dd_u = spacing * x;
     f.dd_v = spacing * y;
     f.dp_u = v * f.dd_u;

@@ -90,6 +90,8 @@ pub struct Tree {
     pub center: [f32; 3],
     /// Radius of the scene's sphere, greater than 0.
     pub radius: f32,
+    /// Length by which footprints are limited, greater than 0 ([`footprint_unit`]).
+    pub footprint_unit: f32,
     /// Area of all triangles of the world, in square scene units.
     pub surface_area: f64,
 }
@@ -103,9 +105,28 @@ impl Tree {
         let bounds = Bounds::around(inside.flat_map(|(id, _)| world.corners(id)));
         let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let radius = if radius > 0.0 { radius } else { 1.0 };
-        Self { bvh, kept, center, radius, surface_area: surface_area(world) }
+        let corners = || (0..).zip(&kept).filter(|(_, kept)| **kept).flat_map(|(id, _)| world.corners(id));
+        let footprint_unit = footprint_unit(corners, radius);
+        Self { bvh, kept, center, radius, footprint_unit, surface_area: surface_area(world) }
     }
 }
+
+/// The radius of the scene, but at most [`FAR`] radii of the box that holds the middle three quarters of the corners along
+/// each axis: a stray corner far away does not blur what is near.
+fn footprint_unit<I: Iterator<Item = [f32; 3]>>(corners: impl Fn() -> I, radius: f32) -> f32 {
+    let ends = [0, 1, 2].map(|axis| {
+        let mut along: Vec<f32> = corners().map(|corner| corner[axis]).collect();
+        let Some(last) = along.len().checked_sub(1) else { return [0.0; 2] };
+        let cut = last / 8;
+        let low = *along.select_nth_unstable_by(cut, f32::total_cmp).1;
+        [low, *along.select_nth_unstable_by(last - cut, f32::total_cmp).1]
+    });
+    let middle = Bounds { min: ends.map(|[low, _]| low), max: ends.map(|[_, high]| high) }.radius();
+    if middle > 0.0 { radius.min(FAR * middle) } else { radius }
+}
+
+/// How much farther than most corners the others may lie, and count as a part of the scene.
+const FAR: f32 = 30.0;
 
 /// Area of all triangles, in square scene units.
 pub fn surface_area(world: &World) -> f64 {

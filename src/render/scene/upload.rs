@@ -104,6 +104,8 @@ pub struct DeviceScene {
     pub(in crate::render) light_power: [f64; 3],
     /// Radius of the scene's sphere.
     pub(in crate::render) radius: f32,
+    /// Length by which footprints are limited.
+    pub(in crate::render) footprint_unit: f32,
     /// Area of all triangles, in square scene units.
     pub(in crate::render) surface_area: f64,
     /// Bytes on the device.
@@ -217,6 +219,7 @@ impl DeviceScene {
             exponents: [0; 2],
             light_power: [0.0; 3],
             radius: 1.0,
+            footprint_unit: 1.0,
             surface_area: 0.0,
             bytes: 0,
         }
@@ -229,6 +232,7 @@ impl DeviceScene {
         self.triangle_count = tree.bvh.order.len() as u32;
         self.skipped_triangles = tree.bvh.skipped;
         self.radius = tree.radius;
+        self.footprint_unit = tree.footprint_unit;
         self.surface_area = tree.surface_area;
         Ok(())
     }
@@ -316,6 +320,7 @@ impl DeviceScene {
         let globals = Globals {
             center: self.host.tree.center,
             radius: self.host.tree.radius,
+            footprint_unit: self.host.tree.footprint_unit,
             light_count: self.light_count,
             caster_count: self.caster_count,
             environment_width,

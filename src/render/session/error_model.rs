@@ -11,7 +11,7 @@ use crate::render::settings::{Estimator, Method, Sampling, Scale, Settings};
 
 /// The model of errors of a render with these settings, which estimates light by `estimator`.
 pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
-    let discs = budget.emissions.iter().map(|e| per_watt(e, f64::from(device.radius)));
+    let discs = budget.emissions.iter().map(|e| per_watt(e, f64::from(device.footprint_unit)));
     let discs = discs.fold(0.0, f64::max);
     Model { bias: bias(settings, estimator, budget), event: device.light_power.map(|power| power * discs / PI) }
 }
