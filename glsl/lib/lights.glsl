@@ -15,7 +15,7 @@ uint choose_light(inout float u) {
 
 // KHR_lights_punctual's recommended falloff between the cones.
 float spot_falloff(Light l, float cosine) {
-    float t = clamp((cosine - l.cos_outer) / max(l.cos_inner - l.cos_outer, 1e-4), 0.0, 1.0);
+    float t = clamp((cosine - l.cos_outer) / max(l.cos_inner - l.cos_outer, 1e-6), 0.0, 1.0);
     return t * t;
 }
 

@@ -133,7 +133,7 @@ fn convergence(lab: &mut Lab) -> Result<()> {
 /// over the same passes.
 fn falls_with_passes(lab: &mut Lab) -> Result<()> {
     let radius = 0.25;
-    let work = lab.pick((5, 8), (8, 16));
+    let work = lab.pick((5, 8), (7, 12));
     let errors = measure(lab, Footprint::Density { min: radius, max: radius }, 40, work)?;
     let (_, variance) = schedule(&errors.passes);
     let (found, of_variance) = (of(&errors, &errors.squared), of(&errors, &errors.variance));
@@ -152,7 +152,7 @@ fn falls_with_passes(lab: &mut Lab) -> Result<()> {
 /// The bias alone, where photons are many: it falls as the mean of the squared radii.
 fn bias_falls(lab: &mut Lab) -> Result<()> {
     let radius = 0.5;
-    let work = lab.pick((4, 3), (6, 8));
+    let work = lab.pick((4, 3), (5, 6));
     let errors = measure(lab, Footprint::Density { min: radius, max: radius }, 8_000, work)?;
     let (bias, _) = schedule(&errors.passes);
     let (found, expected) = (of(&errors, &errors.bias_squared), of(&errors, &bias));
@@ -165,7 +165,7 @@ fn fixed_radius(lab: &mut Lab) -> Result<()> {
     let radii: &[f64] = lab.pick(&[0.3, 0.5], &[0.25, 0.35, 0.5]);
     let (mut points, mut falls) = (vec![], vec![]);
     for &radius in radii {
-        let work = lab.pick((2, 4), (4, 8));
+        let work = lab.pick((2, 4), (3, 6));
         let errors = measure(lab, Footprint::Fixed(radius as f32), 8_000, work)?;
         points.push((radius, errors.bias_squared.last().copied().unwrap_or(f64::NAN)));
         falls.push(of(&errors, &errors.squared));

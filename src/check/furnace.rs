@@ -53,9 +53,14 @@ fn inside() -> Camera {
     Camera::look_at([0.3, 0.1, -0.2], [-1.0, -0.3, 0.4], [0.0, 1.0, 0.0], 1.5)
 }
 
+/// Lambert's law and emission on the front alone, so that what is emitted is all inside.
+fn shining_inwards(albedo: f64, emission: f64) -> Material {
+    Material { emissive: [emission as f32; 3], double_sided: false, ..Material::lambert([albedo as f32; 3]) }
+}
+
 /// A sphere seen from inside whose walls emit 1 - `albedo`, so that its radiance is 1.
 fn closed(albedo: f64) -> Scene {
-    let wall = Material { emissive: [(1.0 - albedo) as f32; 3], ..Material::lambert([albedo as f32; 3]) };
+    let wall = shining_inwards(albedo, 1.0 - albedo);
     // Flat: where shading normals lean, a thousandth of the directions lies below the surface and is lost, which counts
     // as much as the albedo's lack of a thousandth.
     let sphere = Mesh { normals: vec![], ..Mesh::sphere([0.0; 3], 1.0, 32, 64).flipped() };
@@ -104,7 +109,7 @@ fn with_hole(lab: &mut Lab) -> Result<()> {
     let (albedo, emission) = (0.8, 0.2);
     let openings: &[f32] = lab.pick(&[0.6], &[0.95, 0.6, 0.0]);
     for &height in openings {
-        let wall = Material { emissive: [emission as f32; 3], ..Material::lambert([albedo as f32; 3]) };
+        let wall = shining_inwards(albedo, emission);
         let mut sphere = Mesh::sphere([0.0; 3], 1.0, 32, 64).flipped();
         let whole = area(&sphere);
         let positions = sphere.positions.clone();

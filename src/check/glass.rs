@@ -43,18 +43,18 @@ pub(super) const CASES: &[Case] = &[
 
 /// What a slab lets through of the sun above it, by photons. The picture holds the whole slab with a margin for
 /// footprints, so it counts all flux.
-fn through_slab(lab: &mut Lab, ior: f64) -> Result<f64> {
+fn through_slab(lab: &mut Lab, ior: f64, bounces: u32) -> Result<f64> {
     let block = Mesh::cuboid([-1.0, 0.5, -1.0], [1.0, 0.6, 1.0]);
     let parts = vec![(floor(2.0, 0.0), Material::lambert([1.0; 3])), (block, Material::glass(ior as f32))];
     let scene = Scene::from_parts(parts, vec![sun([0.0, -1.0, 0.0])], from_above([0.0, 0.25, 0.0], 1.25));
     // A white floor: light that comes back from the slab is no caustic.
-    let settings = Settings { photon_bounces: 254, eye_depth: 254, ..settings(20, 20, 200_000) };
+    let settings = Settings { photon_bounces: bounces, eye_depth: bounces, ..settings(20, 20, 200_000) };
     let shot = lab.shot(&scene, &settings, 0..lab.pick(4, 16))?;
     Ok(shot.mean("caustic") * PI * 2.5 * 2.5 / 4.0)
 }
 
 fn slab(lab: &mut Lab) -> Result<()> {
-    let flux = through_slab(lab, 1.5)?;
+    let flux = through_slab(lab, 1.5, 24)?;
     lab.found("transmittance", flux, 0.923077, Within::Part(0.002)).not(0.96);
     let [reflected, transmitted] = tilted_slab(lab)?;
     let angle = TILT.to_radians();
@@ -130,9 +130,10 @@ fn indices(lab: &mut Lab) -> Result<()> {
     lab.found("its largest difference to none", farthest(&shot, &empty), 2e-3, Within::AtMost).at(1.000_001);
     let glass = lab.shot(&before_sky(Some(Material::glass(1.5))), &settings, 0..2)?;
     lab.found("a ball of index 1.5 is seen", farthest(&glass, &empty), 0.01, Within::AtLeast).at(1.5);
-    for ior in [1.5f64, 100.0] {
+    // After 160 surfaces 0.1 % of the light in a slab of index 100 is left.
+    for (ior, bounces) in lab.pick(vec![(3.0f64, 24)], vec![(3.0, 24), (100.0, 160)]) {
         let r = ((ior - 1.0) / (ior + 1.0)).powi(2);
-        let flux = through_slab(lab, ior)?;
+        let flux = through_slab(lab, ior, bounces)?;
         let expected = (1.0 - r) / (1.0 + r);
         lab.found(format!("slab of index {ior}: transmittance"), flux, expected, Within::Part(0.02)).at(ior);
     }
@@ -188,7 +189,9 @@ fn absorption(lab: &mut Lab) -> Result<()> {
             clear = each;
         }
         let within = if expected > 1e-30 { Within::Part(1e-5) } else { Within::Range(1e-30) };
-        lab.found(format!("optical depth {depth}, photons' flux"), each / clear, expected, within).at(depth);
+        lab.found(format!("optical depth {depth}, photons' flux"), each / clear, expected, within).at(depth).gap(
+            "rays leave surfaces by a bound of the rounding, which shortens a way of 0.5 by 2.6e-6: 5e-6 of the depth",
+        );
     }
     Ok(())
 }

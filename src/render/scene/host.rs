@@ -111,8 +111,11 @@ impl Tree {
     }
 }
 
-/// The radius of the scene, but at most [`FAR`] radii of the box that holds the middle three quarters of the corners along
-/// each axis: a stray corner far away does not blur what is near.
+/// How many times as far as the middle of the corners others may lie and still count for the size of footprints.
+const FAR: f32 = 30.0;
+
+/// The radius of the scene without corners that lie far beyond all others: a stray one does not blur what is near.
+/// Others are those in the box of the middle three quarters along each axis.
 fn footprint_unit<I: Iterator<Item = [f32; 3]>>(corners: impl Fn() -> I, radius: f32) -> f32 {
     let ends = [0, 1, 2].map(|axis| {
         let mut along: Vec<f32> = corners().map(|corner| corner[axis]).collect();
@@ -121,12 +124,12 @@ fn footprint_unit<I: Iterator<Item = [f32; 3]>>(corners: impl Fn() -> I, radius:
         let low = *along.select_nth_unstable_by(cut, f32::total_cmp).1;
         [low, *along.select_nth_unstable_by(last - cut, f32::total_cmp).1]
     });
-    let middle = Bounds { min: ends.map(|[low, _]| low), max: ends.map(|[_, high]| high) }.radius();
-    if middle > 0.0 { radius.min(FAR * middle) } else { radius }
+    let middle = Bounds { min: ends.map(|[low, _]| low), max: ends.map(|[_, high]| high) };
+    let (center, reach) = (middle.center(), FAR * middle.radius());
+    let is_near = |corner: &[f32; 3]| (0..3).all(|k| (corner[k] - center[k]).abs() <= reach);
+    let near = Bounds::around(corners().filter(is_near)).map_or(0.0, |bounds| bounds.radius());
+    if near > 0.0 { near } else { radius }
 }
-
-/// How much farther than most corners the others may lie, and count as a part of the scene.
-const FAR: f32 = 30.0;
 
 /// Area of all triangles, in square scene units.
 pub fn surface_area(world: &World) -> f64 {
