@@ -1,9 +1,14 @@
 // The material model of glTF 2.0 (metallic-roughness, specular, transmission, ior, volume) as four lobes:
-//   diffuse   Lambert under the Fresnel coat                        gathered
+//   diffuse   Lambert under the coat, which takes what it reflects   gathered
 //   glossy    GGX reflection                                         gathered if rough, else followed like a mirror
 //   mirror    the limit of the glossy lobe for alpha < ALPHA_SMOOTH  followed
 //   glass     smooth or rough dielectric boundary, or a thin sheet   followed
 // "Gathered" lobes take photons and shadow rays; "followed" ones continue eye and photon paths.
+//
+// No lobe loses light by itself: lib/lobes.glsl gives back what single scattering loses. The reference in double
+// precision is src/kernels/lobes.
+
+#include "lib/lobes.glsl"
 
 const float ALPHA_SMOOTH = 1e-3; /// Below it GGX and the mirror agree to float precision of the half vector
 const float ALPHA_GATHER = 0.1; /// Above it a glossy lobe is wide enough for density estimation
@@ -18,12 +23,22 @@ struct Surface {
     bool front;       // the ray came to the front side
     uint material;
     uint flags;       // MATERIAL_*
-    vec3 diffuse;     // diffuse reflectance
-    vec3 f0;          // reflectance at normal incidence of the glossy or mirror lobe
+    vec3 diffuse;     // diffuse reflectance of the base
+    vec3 f0;          // reflectance at normal incidence of the glossy or mirror lobe, without the share of glass
     float f90;
+    vec3 f0_again;    // the same for light that meets a second facet
+    float metallic;
+    float coat_f0;    // reflectance of the coat over the base, the strongest of its colours
+    float coat_f90;
     float alpha;      // GGX
-    vec3 transmission; // colour of the transmitted light, zero for opaque surfaces
+    float glass;      // share of the surface that is a boundary of glass or a thin sheet
+    vec3 transmission; // colour of the transmitted light times that share, zero for opaque surfaces
     float ior;
+    uint boundary;    // where the table of a rough boundary begins in `lobes`; 0: it loses nothing
+    // For the direction from which the surface is looked at, see look_from:
+    float own_scale;  // of the glossy lobe
+    float own_below;  // what the coat lets through
+    float mean_below; // the same for light from everywhere
     vec3 emission;
     vec3 absorption;
     float opacity;    // share of the surface that is there: 0 where an alpha mask cuts it away, alpha with blending
@@ -31,10 +46,12 @@ struct Surface {
     vec3 e2;
 };
 
-vec3 fresnel_schlick(vec3 f0, float f90, float cosine) {
+// What the facets of the glossy lobe reflect (Schlick 1994), where `scales` is the product of the scales of both
+// directions. Light that meets a second facet is reflected once more, head-on.
+vec3 facet_reflectance(Surface s, float cosine, float scales) {
     float m = clamp(1.0 - cosine, 0.0, 1.0);
-    float m2 = m * m;
-    return f0 + (vec3(f90) - f0) * (m2 * m2 * m);
+    float edge = m * m * m * m * m;
+    return s.f0 + (vec3(s.f90) - s.f0) * edge + (scales - 1.0) * (s.f0_again + (s.f0 - s.f0_again) * edge);
 }
 
 // Reflectance of a smooth dielectric boundary; eta is n_incident / n_transmitted. Total reflection gives 1.
@@ -109,33 +126,63 @@ bool has_gathered_glossy(Surface s) {
 }
 
 bool has_followed_glossy(Surface s) {
-    return (s.alpha < ALPHA_GATHER || is_glass(s)) && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
+    return is_glass(s) || s.alpha < ALPHA_GATHER && (max_component(s.f0) > 0.0 || s.f90 > 0.0);
 }
 
-// Gathered part of the BSDF [1/sr] between two directions away from the surface.
+// Scale of the glossy lobe for a direction with this cosine.
+float lobe_scale(Surface s, float cosine) {
+    return s.alpha < ALPHA_SMOOTH ? 1.0 : lobe_entry(s.alpha, cosine).scale;
+}
+
+// Share of light that the coat lets through, from a direction to the base or back.
+float coat_below(Surface s, LobeEntry lobe) {
+    float head_on = lobe.single - lobe.edge;
+    float again = s.coat_f0 * (1.0 - lobe.edge_scaled - head_on) + lobe.edge_scaled - lobe.edge;
+    return max(1.0 - s.coat_f0 * (head_on + again) - s.coat_f90 * lobe.edge, 0.0);
+}
+
+// Completes a surface that is looked at from the unit direction `w`.
+void look_from(inout Surface s, vec3 w) {
+    LobeEntry own = lobe_entry(s.alpha, dot(s.shading, w));
+    s.own_scale = s.alpha < ALPHA_SMOOTH ? 1.0 : own.scale;
+    s.own_below = coat_below(s, own);
+    s.mean_below = max(coat_below(s, lobe_mean(s.alpha)), 1e-6);
+}
+
+// Diffuse reflectance of the base under its coat, for light to or from a direction with this lobe: the coat takes from
+// the base what it reflects, at either direction (Kelemen and Szirmay-Kalos 2001, equation 5).
+vec3 base_reflectance(Surface s, LobeEntry lobe) {
+    return s.diffuse * (s.own_below * coat_below(s, lobe) / s.mean_below);
+}
+
+// Gathered part of the BSDF [1/sr] between the direction that the surface is looked at from and another one.
 vec3 gathered_bsdf(Surface s, vec3 wo, vec3 wi) {
     float n_o = dot(s.shading, wo), n_i = dot(s.shading, wi);
     if (n_o <= 0.0 || n_i <= 0.0) return vec3(0.0);
     float cosine = abs(dot(normalize(wo + wi), wi));
-    vec3 fresnel = fresnel_schlick(s.f0, s.f90, cosine);
+    bool glossy = has_gathered_glossy(s);
     // The paper's model adds the lobes without taking from the diffuse one what the coat reflects.
-    vec3 f = s.diffuse * (BLINN_PHONG ? vec3(1.0) : 1.0 - fresnel) / PI;
-    if (has_gathered_glossy(s)) {
-        f += fresnel * (BLINN_PHONG ? blinn_phong_reflection(s.shading, wo, wi, s.alpha)
-            : ggx_reflection(s.shading, wo, wi, s.alpha));
+    if (BLINN_PHONG) {
+        vec3 f = s.diffuse / PI;
+        float lobe = glossy ? blinn_phong_reflection(s.shading, wo, wi, s.alpha) : 0.0;
+        return f + facet_reflectance(s, cosine, 1.0) * lobe;
     }
-    return f;
+    LobeEntry lobe = lobe_entry(s.alpha, n_i);
+    vec3 f = base_reflectance(s, lobe) / PI;
+    if (!glossy) return f;
+    return f + facet_reflectance(s, cosine, s.own_scale * lobe.scale) * ggx_reflection(s.shading, wo, wi, s.alpha);
 }
 
 // Followed part of the glossy lobe [1/sr], for lights that no followed path can hit; zero for mirrors.
 vec3 followed_bsdf(Surface s, vec3 wo, vec3 wi) {
     if (!has_followed_glossy(s) || s.alpha < ALPHA_SMOOTH) return vec3(0.0);
     float cosine = abs(dot(normalize(wo + wi), wi));
-    return fresnel_schlick(s.f0, s.f90, cosine) * ggx_reflection(s.shading, wo, wi, s.alpha);
+    float scales = s.own_scale * lobe_scale(s, dot(s.shading, wi));
+    return facet_reflectance(s, cosine, scales) * ggx_reflection(s.shading, wo, wi, s.alpha);
 }
 
 // A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. The sample's weight is
-// facet_weight times the Fresnel factor.
+// facet_weight times the reflectance of the facet.
 vec3 sample_facet(Surface s, vec3 wo, vec2 u) {
     if (s.alpha < ALPHA_SMOOTH) return s.shading;
     vec3 t, b;

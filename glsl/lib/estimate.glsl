@@ -17,6 +17,7 @@ layout(constant_id = 20) const uint WEIGHT = 2; // of a photon within its footpr
 layout(constant_id = 21) const bool COUNT_PAIRS = false;
 
 #include "shared/scene.glsl"
+layout(set = 0, binding = 13, scalar) readonly buffer Lobes { uint lobes[]; };
 #include "lib/bsdf.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/fold.glsl"

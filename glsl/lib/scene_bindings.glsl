@@ -14,6 +14,7 @@ layout(set = 0, binding = 9, scalar) readonly buffer EnvironmentCdf { float envi
 layout(set = 0, binding = 10, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
+layout(set = 0, binding = 13, scalar) readonly buffer Lobes { uint lobes[]; };
 
 // What a scene does not need is compiled out: one source, many lean kernels (scene::needs decides).
 layout(constant_id = 0) const bool TEXTURES = true;

@@ -162,11 +162,19 @@ void apply_material(inout Surface s, Material m, vec4 color, MaterialTexels x) {
     float specular = m.specular * x.specular.a;
     float transmission = GLASS ? m.transmission * x.transmission.r : 0.0;
     vec3 dielectric = min(sqr((m.ior - 1.0) / (m.ior + 1.0)) * m.specular_color, vec3(1.0)) * specular;
-    s.f0 = mix(dielectric, base.rgb, metallic);
-    s.f90 = mix(specular, 1.0, metallic);
-    s.diffuse = base.rgb * ((1.0 - metallic) * (1.0 - transmission));
-    s.transmission = base.rgb * ((1.0 - metallic) * transmission);
+    // Three materials by share: metal, glass, and a base under a coat.
+    float coated = (1.0 - metallic) * (1.0 - transmission);
+    s.metallic = metallic;
+    s.glass = (1.0 - metallic) * transmission;
+    s.f0 = dielectric * coated + base.rgb * metallic;
+    s.f90 = specular * coated + metallic;
+    s.f0_again = dielectric * dielectric * coated + base.rgb * base.rgb * metallic;
+    s.coat_f0 = max_component(dielectric);
+    s.coat_f90 = specular;
+    s.diffuse = base.rgb * coated;
+    s.transmission = base.rgb * s.glass;
     s.ior = m.ior;
+    s.boundary = m.boundary;
     s.absorption = ABSORPTION ? m.absorption : vec3(0.0);
 }
 
@@ -204,10 +212,20 @@ Surface load_surface(Hit hit, vec3 direction, out InterpolatedNormal interpolate
     s.diffuse = vec3(0.0);
     s.f0 = vec3(0.0);
     s.f90 = 0.0;
+    s.f0_again = vec3(0.0);
+    s.metallic = 0.0;
+    s.coat_f0 = 0.0;
+    s.coat_f90 = 0.0;
     s.alpha = 1.0;
+    s.glass = 0.0;
     s.transmission = vec3(0.0);
     s.ior = 1.0;
+    s.boundary = 0u;
+    s.own_scale = 1.0;
+    s.own_below = 1.0;
+    s.mean_below = 1.0;
     s.absorption = vec3(0.0);
     apply_material(s, m, interpolate_color(at, b), texels_here);
+    if (GLOSSY) look_from(s, -direction);
     return s;
 }

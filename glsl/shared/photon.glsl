@@ -63,8 +63,8 @@ float inverse_longer2(Photon p) {
 // Eye hit, 64 bytes, one per path slot.
 //   a: position, octahedral geometric normal
 //   b: throughput times diffuse reflectance over pi, octahedral shading normal
-//   c: throughput, GGX alpha (negative: glass)
-//   d: octahedral direction to the eye, F0 and F90 as halves, triangle and EYE_HIT_BENT
+//   c: throughput, halves: GGX alpha (negative: glass), F0 of the coat
+//   d: octahedral direction to the eye, F0 as halves, metallic and F90 of the coat as bytes, triangle and EYE_HIT_BENT
 struct EyeHit {
     uvec4 a;
     uvec4 b;

@@ -26,6 +26,7 @@ struct Material {
     uint emissive_texture;
     uint transmission_texture;
     uint specular_texture;
+    uint boundary;        // where the table of a rough boundary of glass begins in `lobes`; 0: none
     float light_density;  // probability per area with which a point is chosen as a light's; 0: no light
 };
 

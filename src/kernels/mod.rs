@@ -13,6 +13,7 @@ pub mod generated;
 pub mod lbvh;
 pub mod lbvh_reference;
 pub mod light;
+pub mod lobes;
 pub mod path;
 pub mod photon;
 pub mod records;

@@ -10,6 +10,7 @@ mod gather;
 mod gather_knn;
 mod hash_grid;
 mod lbvh;
+mod lobes;
 mod packing;
 mod primitives;
 mod proofs;

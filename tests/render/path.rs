@@ -4,6 +4,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+use nephroid::low_level::kernels::lobes::Opaque;
 use nephroid::low_level::picture::exr;
 use nephroid::low_level::render::{Lens, Method, Session, Settings};
 use nephroid::low_level::scene::shapes::Mesh;
@@ -125,18 +127,6 @@ fn furnaces_have_their_answers() {
     proof::by_answer(&["path_scatter"]);
 }
 
-/// GGX with F = 1 between unit directions in the frame of the normal (Walter et al. 2007; height-correlated masking).
-fn ggx(wo: [f64; 3], wi: [f64; 3], alpha: f64) -> f64 {
-    if wo[2] <= 0.0 || wi[2] <= 0.0 {
-        return 0.0;
-    }
-    let h: [f64; 3] = std::array::from_fn(|k| wo[k] + wi[k]);
-    let cosine = h[2] / h.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let t = 1.0 + (alpha * alpha - 1.0) * cosine * cosine;
-    let lambda = |z: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 - z * z) / (z * z)).sqrt() - 1.0);
-    alpha * alpha / (PI * t * t) / (1.0 + lambda(wo[2]) + lambda(wi[2])) / (4.0 * wo[2] * wi[2])
-}
-
 /// Half the side of the square light and its height over the floor.
 const LIGHT: (f64, f64) = (1.5, 0.5);
 
@@ -169,20 +159,18 @@ fn strategies_share_a_large_light() {
     let wo = [0.6, 0.0, 0.8];
     let see = |floor| render(&close_light(floor), &path(64), 64, 0..64);
     see(Material::lambert([0.8; 3])).assert_value("diffuse floor", under_square(|_| 0.8 / PI));
+    let wo = DVec3::from(wo);
     for roughness in [0.35f64, 0.6] {
-        let expected = under_square(|wi| ggx(wo, wi, roughness * roughness));
+        let metal = Opaque { metallic: 1.0, base: 1.0, coat: [0.0; 2], alpha: roughness * roughness };
+        let expected = under_square(|wi| metal.bsdf(wo, wi.into()));
         see(Material::metal([1.0; 3], roughness as f32)).assert_value("metal floor", expected);
     }
-    // A coat over a diffuse base: F of the half vector for the coat, the rest for the base.
-    let coated = |wi: [f64; 3]| {
-        let h: [f64; 3] = std::array::from_fn(|k| wo[k] + wi[k]);
-        let size = h.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let cosine: f64 = (0..3).map(|k| h[k] * wi[k]).sum::<f64>() / size;
-        let fresnel = 0.04 + 0.96 * (1.0 - cosine).powi(5);
-        0.8 / PI * (1.0 - fresnel) + fresnel * ggx(wo, wi, 0.16)
-    };
-    let plastic = Material { metallic: 0.0, roughness: 0.4, ..Material::lambert([0.8; 3]) };
-    see(Material { specular: 1.0, ior: 1.5, ..plastic }).assert_value("plastic floor", under_square(coated));
+    for metallic in [0.0, 0.4] {
+        let coated = Opaque { metallic, base: 0.8, coat: [0.04, 1.0], alpha: 0.16 };
+        let plastic = Material { metallic: metallic as f32, roughness: 0.4, ..Material::lambert([0.8; 3]) };
+        let seen = see(Material { specular: 1.0, ior: 1.5, ..plastic });
+        seen.assert_value("coated floor", under_square(|wi| coated.bsdf(wo, wi.into())));
+    }
 }
 
 /// What a mask cuts away stands in nobody's way: density and distance of a drawn direction pass through it. Surfaces

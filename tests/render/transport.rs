@@ -80,51 +80,29 @@ fn normal_albedo(material: Material, passes: u64) -> f64 {
     mean(furnace(Some((ball(), material)), 0.0, 0.04), passes, 1024)
 }
 
-/// Part of the light at normal incidence that single scattering by GGX with F = 1 returns: D G2 / 4 over the
-/// hemisphere, by the midpoint rule (Walter et al. 2007, equations 33 and 34; Heitz 2014 for the height-correlated G2).
-fn ggx_normal_albedo(alpha: f64) -> f64 {
-    let steps = 20_000;
-    let sum: f64 = (0..steps)
-        .map(|i| {
-            let cosine = (f64::from(i) + 0.5) / f64::from(steps);
-            let half2 = 0.5 * (1.0 + cosine); // squared cosine of the half vector
-            let t = 1.0 + (alpha * alpha - 1.0) * half2;
-            let d = alpha * alpha / (std::f64::consts::PI * t * t);
-            let tan2 = (1.0 - cosine * cosine) / (cosine * cosine);
-            let lambda = 0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0);
-            d / (1.0 + lambda) / 4.0
-        })
-        .sum();
-    2.0 * std::f64::consts::PI * sum / f64::from(steps)
-}
-
 #[test]
 fn lossless_objects_vanish_in_a_furnace() {
     assert_near("white", albedo(Material::lambert([1.0; 3]), 32), 1.0, 0.03);
     assert_near("mirror", albedo(Material::mirror(), 2), 1.0, 0.002);
-    assert_near("sharp metal", albedo(Material::metal([1.0; 3], 0.2), 4), 0.998, 0.004);
+    assert_near("sharp metal", albedo(Material::metal([1.0; 3], 0.2), 4), 1.0, 0.004);
     assert_near("glass", albedo(Material::glass(1.5), 4), 1.0, 0.005);
     assert_near("thin sheet", albedo(thin_sheet(0.0), 4), 1.0, 0.005);
     assert_near("glass of index 1", albedo(Material::glass(1.0), 1), 1.0, 0.001);
 }
 
 #[test]
-fn rough_objects_lose_only_what_single_scattering_loses() {
+fn rough_objects_lose_nothing() {
     for roughness in [0.5, 1.0] {
-        let expected = ggx_normal_albedo(f64::from(roughness).powi(2));
-        let value = normal_albedo(Material::metal([1.0; 3], roughness), 48);
-        assert_near(&format!("metal {roughness}"), value, expected, 0.04);
+        let metal = Material::metal([1.0; 3], roughness);
+        assert_near(&format!("metal {roughness}"), normal_albedo(metal, 48), 1.0, 0.04);
     }
     // A lobe that is both gathered and followed would add its albedo once more.
-    for roughness in [0.2, 0.5] {
-        let value = normal_albedo(rough_glass(roughness), 16);
-        println!("rough glass {roughness}: {value:.4}");
-        assert!((0.88..=1.005).contains(&value), "rough glass {roughness}: {value}");
+    for roughness in [0.2, 0.6] {
+        assert_near(&format!("rough glass {roughness}"), normal_albedo(rough_glass(roughness), 16), 1.0, 0.01);
+        assert_near(&format!("rough sheet {roughness}"), normal_albedo(thin_sheet(roughness), 16), 1.0, 0.01);
     }
     for roughness in [0.0, 0.4, 1.0] {
-        let value = normal_albedo(plastic(roughness), 32);
-        println!("plastic {roughness}: {value:.4}, at all angles {:.4}", albedo(plastic(roughness), 8));
-        assert!((0.94..=1.03).contains(&value), "plastic {roughness}: {value}");
+        assert_near(&format!("plastic {roughness}"), albedo(plastic(roughness), 32), 1.0, 0.03);
     }
 }
 
@@ -139,7 +117,7 @@ fn equilibrium_counts_every_path_once() {
     assert_near("glass", equilibrium(Some(Material::glass(1.5))), 2.0, 0.015);
     assert_near("thin sheet", equilibrium(Some(thin_sheet(0.0))), 2.0, 0.015);
     assert_near("sharp metal", equilibrium(Some(Material::metal([1.0; 3], 0.25))), 2.0, 0.02);
-    assert_near("gathered metal", equilibrium(Some(Material::metal([1.0; 3], 0.4))), 1.985, 0.02);
+    assert_near("gathered metal", equilibrium(Some(Material::metal([1.0; 3], 0.4))), 2.0, 0.02);
     assert_near("rough glass", equilibrium(Some(rough_glass(0.35))), 1.98, 0.025);
     assert_near("white ball", equilibrium(Some(Material::lambert([1.0; 3]))), 2.0, 0.02);
 }

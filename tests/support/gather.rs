@@ -47,7 +47,8 @@ pub fn gathered(
         let args = compact::dispatch_args(g, &count, hits.len() as u32, 64);
         let pass = g.upload("pass", &[Pass { radius_scale: 1.0, ..Pass::default() }]);
         let mut target = g.import(output.memory());
-        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass };
+        let lobes = g.upload("lobes", &[0u32]);
+        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass, lobes: &lobes };
         declare(g, points, &mut deposits, &mut target);
         g.keep(&target);
     });
@@ -117,7 +118,8 @@ fn one_frame(
         let camera = g.upload("camera", &[Camera { first_pixel, pixels, ..view.camera }]);
         let pass = g.upload("pass", &[Pass { radius_scale: 1.0, ..Pass::default() }]);
         let mut target = g.import(output.memory());
-        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass };
+        let lobes = g.upload("lobes", &[0u32]);
+        let points = Points { hits: &hits_buffer, list: &list, count: &count, args: &args, pass: &pass, lobes: &lobes };
         let size = [view.camera.width, view.camera.height];
         let band = Band { camera: &camera, size, first_pixel, pixels };
         declare(g, (points, band), &mut deposits, &mut target);

@@ -35,7 +35,9 @@ layout(set = 0, binding = 28, scalar) buffer Truncated { uint truncated[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/medium.glsl"
+#include "lib/eye_hit.glsl"
 #include "lib/scatter.glsl"
+#include "lib/glass.glsl"
 #include "lib/environment.glsl"
 #include "lib/path.glsl"
 
@@ -83,12 +85,7 @@ uint layer_of_hit(EyePath path, Surface s) {
 // Stores an eye hit in the path's first slot; `weight` is the throughput.
 void store_hit(EyePath path, uint triangle, Surface s, vec3 weight) {
     uint seen = triangle | ((path.state & PATH_SPECULAR) != 0u ? EYE_HIT_BENT : 0u);
-    EyeHit h;
-    h.a = uvec4(floatBitsToUint(s.position), oct_encode(s.geometric));
-    h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
-    h.c = uvec4(floatBitsToUint(weight), floatBitsToUint(is_glass(s) ? -s.alpha : s.alpha));
-    h.d = uvec4(oct_encode(-path.direction), packHalf2x16(s.f0.rg), packHalf2x16(vec2(s.f0.b, s.f90)), seen);
-    eye_hits[path.slot] = h;
+    eye_hits[path.slot] = eye_hit_of(s, -path.direction, weight, seen);
     if (PATH) radiance[path.slot].w = path_tag(depth_of(path), layer_of_hit(path, s));
     else valid[path.slot] = 1u;
 }
@@ -118,30 +115,21 @@ struct Child {
     bool bent;        // goes on in another direction
 };
 
+// A way on as a child.
+Child child_of(EyePath path, Way way, vec3 weight, uint medium) {
+    return Child(way.direction, weight, luminance(path.through * weight), medium, true);
+}
+
 // Reflection from, and transmission through, the followed lobes.
 void follow(Surface s, EyePath path, vec2 u, out Child reflected, out Child transmitted) {
     uint medium = path.state & PATH_MEDIUM_MASK;
-    vec3 d = path.direction;
     reflected = Child(vec3(0.0), vec3(0.0), 0.0, medium, true);
     transmitted = Child(vec3(0.0), vec3(0.0), 0.0, medium, true);
-    bool glass = GLASS && is_glass(s);
-    bool glossy = s.alpha < ALPHA_GATHER && (glass || has_followed_glossy(s));
-    if (!glass && !glossy) return;
-    Reflection r = sample_reflection(s, d, u, glass, reflection_eta(s));
-    if (dot(r.direction, s.geometric) > 0.0) {
-        reflected.direction = r.direction;
-        reflected.weight = r.fresnel * facet_weight(s, -d, r.direction);
-        reflected.importance = luminance(path.through * reflected.weight);
-    }
-    if (!glass) return;
-    vec3 t;
-    float eta = transmission_eta(s);
-    if (!refract_at(r.facet, r.cosine, d, eta, t) || dot(t, s.geometric) >= 0.0) return;
-    transmitted.direction = normalize(t);
+    if (!has_followed_glossy(s)) return;
+    Ways ways = sample_ways(s, path.direction, u);
+    reflected = child_of(path, ways.reflected, ways.reflected.weight, medium);
     // Radiance is divided by the square of the index on its way; a thin sheet ends where it began.
-    transmitted.weight = (1.0 - r.fresnel) * s.transmission * (eta * eta) * facet_weight(s, -d, t);
-    transmitted.importance = luminance(path.through * transmitted.weight);
-    transmitted.medium = medium_behind(s, medium);
+    transmitted = child_of(path, ways.transmitted, ways.transmitted.weight * sqr(ways.eta), medium_behind(s, medium));
 }
 
 // Child `which` (0 or 1) of the path, in the slots from `slot` on.

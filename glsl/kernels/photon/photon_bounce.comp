@@ -47,6 +47,7 @@ layout(set = 0, binding = 27, scalar) buffer Counters { uint counters[]; };
 #include "lib/footprint.glsl"
 #include "lib/scatter.glsl"
 #include "lib/energy.glsl"
+#include "lib/glass.glsl"
 
 // The photon where it met the surface, without a footprint (Photon in shared/photon.glsl).
 void leave_vertex(uint j, Hit hit, vec3 d, vec3 light, uint medium) {
@@ -128,10 +129,18 @@ float lobe_spread(Surface s, vec3 wo, vec3 facet, float spacing) {
     return isinf(pdf) ? 0.0 : spacing * inversesqrt(4.0 * PI * max(pdf, 1e-6));
 }
 
+// Adds the spread of a lobe around a direction.
+void spread_differential(inout Differential f, vec3 direction, float spread) {
+    vec3 t, b;
+    basis(direction, t, b);
+    f.dd_u += spread * t;
+    f.dd_v += spread * b;
+}
+
 // How a followed photon left a surface: by reflection or refraction about a facet.
 struct SpecularStep {
     vec3 facet;     // normal of the facet
-    vec3 direction; // after it
+    Way way;        // after it
     float eta;      // n_incident / n_transmitted
     bool transmitted;
     float spread;   // of the lobe around the direction
@@ -144,16 +153,16 @@ void follow_differential(inout Differential f, Surface s, InterpolatedNormal n, 
         dn_v = normal_derivative(f.dp_v, s.e1, s.e2, n.dn1, n.dn2, n.normal);
     }
     if (to.transmitted) {
-        f.dd_u = refract_derivative(f.dd_u, d, to.facet, dn_u, to.eta, to.direction);
-        f.dd_v = refract_derivative(f.dd_v, d, to.facet, dn_v, to.eta, to.direction);
+        vec3 refracted = turn(s, to.way, to.way.direction);
+        f.dd_u = refract_derivative(f.dd_u, d, to.facet, dn_u, to.eta, refracted);
+        f.dd_v = refract_derivative(f.dd_v, d, to.facet, dn_v, to.eta, refracted);
     } else {
         f.dd_u = reflect_derivative(f.dd_u, d, to.facet, dn_u);
         f.dd_v = reflect_derivative(f.dd_v, d, to.facet, dn_v);
     }
-    vec3 t, b;
-    basis(to.direction, t, b);
-    f.dd_u += to.spread * t;
-    f.dd_v += to.spread * b;
+    f.dd_u = turn(s, to.way, f.dd_u);
+    f.dd_v = turn(s, to.way, f.dd_v);
+    spread_differential(f, to.way.direction, to.spread);
 }
 
 // The differential after absorption and emission by a diffuse surface (Fabianowski and Dingliana 2009, eq. 13): as if
@@ -183,37 +192,22 @@ float shading_correction(Surface s, vec3 wi, vec3 wo) {
 
 // What a photon may do at a surface, and with which probabilities.
 struct Choices {
-    Reflection reflection;
+    Ways ways;
     bool gathered;   // the reflection is of a gathered lobe
-    vec3 refracted;  // direction through the surface
-    float eta;       // n_incident / n_transmitted of that
     float reflect;   // probabilities; what is missing to one is that of absorption
     float transmit;
     float diffuse;
 };
 
 Choices choices_at(Surface s, vec3 d, vec2 u) {
-    Choices c;
-    c.reflection = Reflection(s.shading, 0.0, vec3(0.0), d, 0.0);
-    c.refracted = d;
-    c.eta = transmission_eta(s);
-    c.reflect = 0.0;
-    c.transmit = 0.0;
-    c.diffuse = 0.0;
-    bool glass = GLASS && is_glass(s);
-    c.gathered = GLOSSY && has_gathered_glossy(s) && !glass;
-    if (GLOSSY && (glass || s.f90 > 0.0 || max_component(s.f0) > 0.0)) {
-        Reflection r = sample_reflection(s, d, u, glass, reflection_eta(s));
-        c.reflection = r;
-        c.reflect = !CAUSTIC || !c.gathered ? r.chance : 0.0;
-        vec3 t;
-        if (glass && refract_at(r.facet, r.cosine, d, c.eta, t)) {
-            c.refracted = normalize(t);
-            float share = max_component((1.0 - r.fresnel) * s.transmission) * facet_weight(s, -d, c.refracted);
-            c.transmit = dot(c.refracted, s.geometric) < 0.0 ? share : 0.0;
-        }
+    Choices c = Choices(Ways(s.shading, 1.0, false, NO_WAY, NO_WAY), false, 0.0, 0.0, 0.0);
+    c.gathered = GLOSSY && has_gathered_glossy(s);
+    if (c.gathered || (GLOSSY && has_followed_glossy(s))) {
+        c.ways = sample_ways(s, d, u);
+        c.reflect = !CAUSTIC || !c.gathered ? c.ways.reflected.chance : 0.0;
+        c.transmit = c.ways.transmitted.chance;
     }
-    if (!CAUSTIC) c.diffuse = diffuse_chance(s, d);
+    if (!CAUSTIC) c.diffuse = diffuse_chance(s);
     float norm = chance_norm(c.diffuse + c.reflect + c.transmit, true);
     c.diffuse *= norm;
     c.reflect *= norm;
@@ -230,40 +224,40 @@ struct Arrival {
     float spacing; // D of an isotropic light with this share of the photons
 };
 
+// The photon goes one of the ways, which was drawn with a probability.
+Event go(Arrival a, Ways ways, Way way, float probability, inout Differential f) {
+    Event e = Event(way.direction, way.weight / probability, probability, a.state, INFINITY);
+    if (ways.again) {
+        e.density = abs(dot(way.direction, a.s.shading)) / PI;
+        diffuse_differential(f, way.direction, a.spacing);
+        return e;
+    }
+    if (FOOTPRINT == FOOTPRINT_DENSITY) e.density = lobe_density(a.s, -a.d, ways.facet);
+    bool transmitted = dot(way.direction, a.s.geometric) < 0.0;
+    float spread = lobe_spread(a.s, -a.d, ways.facet, a.spacing);
+    // A thin sheet bends light back at once: the derivative of the direction is unchanged.
+    if (transmitted && (a.s.flags & MATERIAL_VOLUME) == 0u) spread_differential(f, way.direction, spread);
+    else follow_differential(f, a.s, a.n, a.d, SpecularStep(ways.facet, way, ways.eta, transmitted, spread));
+    return e;
+}
+
 Event reflect_photon(Arrival a, Choices c, inout Differential f) {
-    Reflection r = c.reflection;
-    Event e;
-    e.direction = r.direction;
-    e.probability = c.reflect;
-    e.weight = r.fresnel * (facet_weight(a.s, -a.d, r.direction) / c.reflect);
+    Event e = go(a, c.ways, c.ways.reflected, c.reflect, f);
     e.state = a.state | (c.gathered ? PATH_DIFFUSE : PATH_SPECULAR);
-    e.density = FOOTPRINT == FOOTPRINT_DENSITY ? lobe_density(a.s, -a.d, r.facet) : INFINITY;
-    float spread = lobe_spread(a.s, -a.d, r.facet, a.spacing);
-    follow_differential(f, a.s, a.n, a.d, SpecularStep(r.facet, r.direction, c.eta, false, spread));
     return e;
 }
 
 Event transmit_photon(Arrival a, Choices c, inout Differential f) {
-    Reflection r = c.reflection;
-    Event e;
-    e.direction = c.refracted;
-    e.probability = c.transmit;
-    e.weight = (1.0 - r.fresnel) * a.s.transmission * (facet_weight(a.s, -a.d, c.refracted) / c.transmit);
+    Event e = go(a, c.ways, c.ways.transmitted, c.transmit, f);
     uint medium = medium_behind(a.s, a.state & PATH_MEDIUM_MASK);
     e.state = (a.state & ~PATH_MEDIUM_MASK) | medium | PATH_SPECULAR;
-    e.density = FOOTPRINT == FOOTPRINT_DENSITY ? lobe_density(a.s, -a.d, r.facet) : INFINITY;
-    // A thin sheet bends light back at once: the derivative of the direction is unchanged.
-    if ((a.s.flags & MATERIAL_VOLUME) != 0u) {
-        float spread = lobe_spread(a.s, -a.d, r.facet, a.spacing);
-        follow_differential(f, a.s, a.n, a.d, SpecularStep(r.facet, c.refracted, c.eta, true, spread));
-    }
     return e;
 }
 
 Event diffuse_photon(Arrival a, Choices c, vec2 u, inout Differential f) {
     Event e;
     vec3 reflectance;
-    e.direction = sample_diffuse(a.s, a.d, u, reflectance);
+    e.direction = sample_diffuse(a.s, u, reflectance);
     e.probability = dot(e.direction, a.s.geometric) > 0.0 ? c.diffuse : 0.0;
     e.weight = reflectance * (shading_correction(a.s, -a.d, e.direction) / c.diffuse);
     e.state = a.state | PATH_DIFFUSE;

@@ -123,7 +123,12 @@ pub fn bounds(
                 count_pairs: program.count_pairs,
             },
             BoundsSplatFragParams { first_row: rows.first, rows: rows.count },
-            BoundsSplatFragBindings { camera: band.camera, eye_hits: points.hits, photons: photons.0 },
+            BoundsSplatFragBindings {
+                camera: band.camera,
+                eye_hits: points.hits,
+                photons: photons.0,
+                lobes: points.lobes,
+            },
         )
         .state(bounds.state());
     g.raster(pass, vec![depth_draw(&depths, (band, rows)), splats], [&mut caustic, &mut other]);

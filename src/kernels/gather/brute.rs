@@ -35,6 +35,7 @@ pub fn brute(
             list: points.list,
             count: points.count,
             eye_hits: points.hits,
+            lobes: points.lobes,
             photon_count: photons.1,
             photons: photons.0,
             gathered: &mut *gathered,

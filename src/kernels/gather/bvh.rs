@@ -34,6 +34,7 @@ pub fn bvh(
         list: points.list,
         count: points.count,
         eye_hits: points.hits,
+        lobes: points.lobes,
         photon_nodes: &map.tree.nodes,
         photons: &map.photons,
         records,

@@ -240,6 +240,7 @@ pub fn hash(
         list: points.list,
         count: points.count,
         eye_hits: points.hits,
+        lobes: points.lobes,
         bounds: &grid.bounds,
         levels: &grid.levels,
         in_use: &grid.in_use,

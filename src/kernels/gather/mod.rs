@@ -24,7 +24,7 @@ pub use split::{Listed, split};
 pub use tiled::tiled;
 
 use super::eye::{EyeHits, SlotList};
-use super::scene_data::Variant;
+use super::scene_data::{SceneBuffers, Variant};
 use crate::constants::{WEIGHT_CONE, WEIGHT_CONSTANT, WEIGHT_EPANECHNIKOV};
 use crate::graph::{Buf, DispatchArgs};
 use crate::kernels::generated::{Camera, EyeHit, Pass};
@@ -107,12 +107,15 @@ pub struct Points<'a> {
     pub args: &'a Buf<DispatchArgs>,
     /// The pass, for random numbers.
     pub pass: &'a Buf<Pass>,
+    /// What rough lobes reflect ([`crate::kernels::lobes::table`]); programs without glossy lobes do not look.
+    pub lobes: &'a Buf<u32>,
 }
 
 impl<'a> Points<'a> {
     /// All hits of a band.
-    pub fn new(eye: &'a EyeHits, pass: &'a Buf<Pass>) -> Self {
-        Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args, pass }
+    pub fn new(eye: &'a EyeHits, scene: &'a SceneBuffers) -> Self {
+        let (pass, lobes) = (&*scene.pass, &*scene.lobes);
+        Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args, pass, lobes }
     }
 
     /// Those in a list of slots.

@@ -115,7 +115,8 @@ pub fn tiled(
         (bounds, lists)
     });
     let stored = Stored { deposits, packed, bounds: &bounds, lists: &lists };
-    let at = Pixels { camera: band.camera, pass: points.pass, hits: points.hits, seen: &seen, tiles };
+    let Points { pass, hits, lobes, .. } = points;
+    let at = Pixels { camera: band.camera, pass, hits, lobes, seen: &seen, tiles };
     g.scope("tile gather", |g| gather(g, program, at, stored, gathered));
     lists.total
 }
@@ -214,6 +215,7 @@ struct Pixels<'a> {
     camera: &'a Buf<Camera>,
     pass: &'a Buf<Pass>,
     hits: &'a Buf<EyeHit>,
+    lobes: &'a Buf<u32>,
     /// Per pixel of the band: 1 where its hit is listed.
     seen: &'a Buf<u32>,
     tiles: Tiles,
@@ -229,7 +231,7 @@ struct Stored<'a> {
 }
 
 fn gather(g: &mut Graph, program: Program, at: Pixels<'_>, stored: Stored<'_>, gathered: &mut Buf<[f32; 4]>) {
-    let Pixels { camera, pass, hits, seen, tiles } = at;
+    let Pixels { camera, pass, hits, lobes, seen, tiles } = at;
     let Stored { deposits, packed, bounds, lists } = stored;
     let chunks = g.device_class() == DeviceClass::Gpu;
     let none = g.upload("no_records", &[0u32]);
@@ -279,6 +281,7 @@ fn gather(g: &mut Graph, program: Program, at: Pixels<'_>, stored: Stored<'_>, g
             pass,
             seen,
             eye_hits: hits,
+            lobes,
             begins: &lists.begins,
             entries,
             photons,

@@ -67,7 +67,7 @@ impl Stored {
         };
         let size = [settings.width, settings.height];
         let band = Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels };
-        let points = (Points::new(hits, &at.buffers.pass), band);
+        let points = (Points::new(hits, at.buffers), band);
         settings.sampling.apply(g, points, gathered, |g, some, target| {
             estimator::gather(g, program, (&mut self.structure, &self.deposits), (some, band), target);
         })

@@ -4,6 +4,7 @@ pub mod camera;
 mod casters;
 pub mod host;
 mod lights;
+mod lobes;
 pub mod memory;
 mod shading;
 mod sky;

@@ -132,6 +132,7 @@ impl Textures {
             emissive_texture: texture(&m.emissive_texture, true),
             transmission_texture: texture(&m.transmission_texture, false),
             specular_texture: texture(&m.specular_texture, false),
+            boundary: 0,        // the tables of lobes know
             light_density: 0.0, // the light table knows
         }
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::casters::casters;
 use super::host::Host;
 use super::lights::LightTable;
+use super::lobes::Lobes;
 use super::memory::Memory;
 use super::shading::{Textures, vertex_data};
 use super::variant::variant;
@@ -70,10 +71,13 @@ pub struct DeviceScene {
     environment: Persistent<[f32; 4]>,
     environment_cdf: Persistent<f32>,
     casters: Persistent<Caster>,
+    lobes: Persistent<u32>,
     /// What the host knows of it.
     host: Arc<Host>,
     /// The materials as they are on the device.
     host_materials: Vec<DeviceMaterial>,
+    /// The tables as they are on the device.
+    host_lobes: Lobes,
     /// Keeps every feature in the kernels.
     full: bool,
     /// Counts buffers that were replaced by longer ones: plans that bind the former are of no use.
@@ -202,8 +206,10 @@ impl DeviceScene {
             environment: Persistent::detached("environment", 0),
             environment_cdf: Persistent::detached("environment_cdf", 0),
             casters: Persistent::detached("casters", 0),
+            lobes: Persistent::detached("lobes", 0),
             host: Arc::default(),
             host_materials: vec![],
+            host_lobes: Lobes::default(),
             full,
             generation: 0,
             variant: Variant::default(),
@@ -285,6 +291,12 @@ impl DeviceScene {
         for (material, density) in materials.iter_mut().zip(&table.densities) {
             material.light_density = *density;
         }
+        if self.host_lobes.update(scene, &self.variant) || self.lobes.len() == 0 {
+            self.generation += fill(memory, &mut self.lobes, "lobes", &self.host_lobes.words)?;
+        }
+        for (material, boundary) in materials.iter_mut().zip(&self.host_lobes.boundaries) {
+            material.boundary = *boundary;
+        }
         let bytes = |materials: &[DeviceMaterial]| bytemuck::cast_slice::<_, u8>(materials).to_vec();
         let differ = stale.textures || bytes(&materials) != bytes(&self.host_materials);
         if differ {
@@ -343,6 +355,7 @@ impl DeviceScene {
             ("lights", self.lights.bytes()),
             ("environment", self.environment.bytes() + self.environment_cdf.bytes()),
             ("casters", self.casters.bytes()),
+            ("tables of lobes", self.lobes.bytes()),
         ]
     }
 
@@ -351,6 +364,9 @@ impl DeviceScene {
     pub(in crate::render) fn with_variant(&self, variant: Variant) -> Self {
         let vectors = (self.host.world.triangles.len() as u32 * variant.shading_stride).max(1);
         let mut other = Self { variant, shading_data: Persistent::detached("shading_data", vectors), ..self.clone() };
+        if variant.glossy && !self.variant.glossy {
+            other.lobes = Persistent::detached("lobes", Lobes::REFLECTION);
+        }
         other.bytes = other.sizes().iter().map(|(_, bytes)| bytes).sum();
         other
     }
@@ -370,6 +386,7 @@ impl DeviceScene {
             environment: g.import_read(&self.environment),
             environment_cdf: g.import_read(&self.environment_cdf),
             casters: g.import_read(&self.casters),
+            lobes: g.import_read(&self.lobes),
             pass,
         };
         (buffers, input)

@@ -9,8 +9,11 @@ use super::notes::{Notes, Outcome, clip};
 use super::part::Part;
 use crate::scene::{Alpha, Material, TextureRef, Wrap};
 
-/// Largest index of refraction that is read. An ior of 0 stands for "reflects everything" in KHR_materials_ior.
+/// Largest index of refraction that is read.
 const MAX_IOR: f32 = 100.0;
+/// In place of an index of 0, for which the Fresnel term is always 1 (KHR_materials_ior): in single precision a boundary
+/// of this index reflects everything, and its square is far from overflow.
+const MIRROR_IOR: f32 = 1e9;
 /// Least transmission colour of a volume: -ln of it is the largest optical depth at the attenuation distance.
 const DARKEST_ATTENUATION: f32 = 1e-6;
 /// Index of refraction of materials that do not say.
@@ -101,8 +104,10 @@ impl<'a> Converter<'a> {
     fn extensions(&mut self, material: &mut Material, part: &Part, notes: &mut Notes) {
         material.unlit = part.extension("KHR_materials_unlit", notes).is_some();
         if let Some(ior) = part.extension("KHR_materials_ior", notes) {
-            let ior = ior.number("ior", notes).map_or(DEFAULT_IOR, |ior| if ior == 0.0 { MAX_IOR } else { ior });
-            material.ior = Range { place: &part.place, notes }.clamp("index of refraction", ior, [1.0, MAX_IOR]);
+            let ior = ior.number("ior", notes).unwrap_or(DEFAULT_IOR);
+            let mut range = Range { place: &part.place, notes };
+            let mut in_range = || range.clamp("index of refraction", ior, [1.0, MAX_IOR]);
+            material.ior = if ior == 0.0 { MIRROR_IOR } else { in_range() };
         }
         if let Some(specular) = part.extension("KHR_materials_specular", notes) {
             let factor = specular.number("specularFactor", notes).unwrap_or(1.0);
@@ -277,6 +282,8 @@ mod tests {
         assert_eq!(m.base_color, [1.0, 0.5, 0.0, 1.0]);
         assert_eq!((m.roughness, m.ior, m.emissive), (1.0, 1.0, [0.0, 2.0, 3.0]));
         assert_eq!(notes.faults(), 5);
+        let (m, notes) = convert(r#"{"extensions": {"KHR_materials_ior": {"ior": 0}}}"#);
+        assert_eq!(((m.ior - 1.0) / (m.ior + 1.0), notes.faults()), (1.0, 0), "an index of 0 reflects everything");
     }
 
     #[test]
