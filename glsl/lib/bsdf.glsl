@@ -155,30 +155,49 @@ vec3 base_reflectance(Surface s, LobeEntry lobe) {
     return s.diffuse * (s.own_below * coat_below(s, lobe) / s.mean_below);
 }
 
+// The glossy lobe [1/sr] for a direction whose scale is given.
+vec3 glossy_lobe(Surface s, vec3 wo, vec3 wi, float scale) {
+    float cosine = abs(dot(normalize(wo + wi), wi));
+    return facet_reflectance(s, cosine, s.own_scale * scale) * ggx_reflection(s.shading, wo, wi, s.alpha);
+}
+
+// The direction below the triangle that a reflection by its plane brings to `wi`, and its cosine to the shading normal;
+// not above 0 if no lobe reaches there.
+vec3 turned_from(Surface s, vec3 wi, out float cosine) {
+    vec3 below = wi - 2.0 * dot(wi, s.geometric) * s.geometric;
+    cosine = SMOOTH_NORMALS ? dot(s.shading, below) : 0.0;
+    return below;
+}
+
+// The same lobe, with what a shading normal sends below the triangle: its plane reflects that light. `wi` is above.
+vec3 whole_glossy_lobe(Surface s, vec3 wo, vec3 wi, float scale) {
+    float cosine;
+    vec3 lobe = glossy_lobe(s, wo, wi, scale), below = turned_from(s, wi, cosine);
+    if (cosine <= 0.0) return lobe;
+    // Lobes are multiplied by the cosine of `wi`, which is the larger one.
+    return lobe + glossy_lobe(s, wo, below, lobe_scale(s, cosine)) * (cosine / dot(s.shading, wi));
+}
+
 // Gathered part of the BSDF [1/sr] between the direction that the surface is looked at from and another one.
 vec3 gathered_bsdf(Surface s, vec3 wo, vec3 wi) {
     float n_o = dot(s.shading, wo), n_i = dot(s.shading, wi);
     if (n_o <= 0.0 || n_i <= 0.0) return vec3(0.0);
-    float cosine = abs(dot(normalize(wo + wi), wi));
     bool glossy = has_gathered_glossy(s);
     // The paper's model adds the lobes without taking from the diffuse one what the coat reflects.
     if (BLINN_PHONG) {
-        vec3 f = s.diffuse / PI;
+        float cosine = abs(dot(normalize(wo + wi), wi));
         float lobe = glossy ? blinn_phong_reflection(s.shading, wo, wi, s.alpha) : 0.0;
-        return f + facet_reflectance(s, cosine, 1.0) * lobe;
+        return s.diffuse / PI + facet_reflectance(s, cosine, 1.0) * lobe;
     }
     LobeEntry lobe = lobe_entry(s.alpha, n_i);
     vec3 f = base_reflectance(s, lobe) / PI;
-    if (!glossy) return f;
-    return f + facet_reflectance(s, cosine, s.own_scale * lobe.scale) * ggx_reflection(s.shading, wo, wi, s.alpha);
+    return glossy ? f + whole_glossy_lobe(s, wo, wi, lobe.scale) : f;
 }
 
 // Followed part of the glossy lobe [1/sr], for lights that no followed path can hit; zero for mirrors.
 vec3 followed_bsdf(Surface s, vec3 wo, vec3 wi) {
     if (!has_followed_glossy(s) || s.alpha < ALPHA_SMOOTH) return vec3(0.0);
-    float cosine = abs(dot(normalize(wo + wi), wi));
-    float scales = s.own_scale * lobe_scale(s, dot(s.shading, wi));
-    return facet_reflectance(s, cosine, scales) * ggx_reflection(s.shading, wo, wi, s.alpha);
+    return whole_glossy_lobe(s, wo, wi, lobe_scale(s, dot(s.shading, wi)));
 }
 
 // A microfacet normal on the side of wo: the shading normal itself for smooth surfaces. The sample's weight is

@@ -16,8 +16,8 @@ vec3 turn(Surface s, Way way, vec3 v) {
     return way.turned ? v - 2.0 * dot(v, s.geometric) * s.geometric : v;
 }
 
-// The way along a unit direction, on the side of the surface to which it was meant. Shading normals bend rays of
-// mirrors and glass to the wrong side of the geometric surface; these are reflected by it, so that no light is lost.
+// The way along a unit direction, on the side of the surface to which it was meant. Shading normals bend rays to the
+// wrong side of the geometric surface; these are reflected by it, so that no light is lost.
 Way way_along(Surface s, vec3 direction, vec3 weight, float side) {
     bool turned = side * dot(direction, s.geometric) < 0.0;
     Way way = Way(direction, weight, max_component(weight), turned);
@@ -46,11 +46,10 @@ Reflection sample_facet_reflection(Surface s, vec3 d, vec2 u) {
     return r;
 }
 
-// The glossy lobe or mirror along a sampled reflection. Gathered lobes only count where a light's sample counts: above
-// both horizons.
+// The glossy lobe or mirror along a sampled reflection.
 Way glossy_way(Surface s, Reflection r) {
-    bool lost = r.above <= 0.0 || (has_gathered_glossy(s) && dot(r.direction, s.geometric) <= 0.0);
-    return lost ? NO_WAY : way_along(s, r.direction, facet_reflectance(s, r.cosine, r.scales) * r.masking, 1.0);
+    if (r.above <= 0.0) return NO_WAY;
+    return way_along(s, r.direction, facet_reflectance(s, r.cosine, r.scales) * r.masking, 1.0);
 }
 
 // Density [1/sr] of the reflection about a sampled facet; infinite for smooth surfaces.

@@ -153,7 +153,8 @@ fn gathered(
     let (hits, list) = (g.upload("hits", hits), g.upload("list", &all));
     let args = compact::dispatch_args(&mut g, &listed, all.len() as u32, 64);
     let pass = g.upload("pass", &[Pass { radius_scale: 1.0, ..Pass::default() }]);
-    let points = Points { hits: &hits, list: &list, count: &listed, args: &args, pass: &pass };
+    let lobes = g.upload("lobes", &[0u32]);
+    let points = Points { hits: &hits, list: &list, count: &listed, args: &args, pass: &pass, lobes: &lobes };
     let program = Program {
         glossy: false,
         smooth_normals: false,

@@ -9,6 +9,7 @@ layout(local_size_x = 64) in;
 
 const bool GLOSSY = true;
 const bool GLASS = true;
+const bool SMOOTH_NORMALS = true;
 
 struct ProbedLobe {
     vec3 wo;       // in the frame of the shading normal, away from the surface

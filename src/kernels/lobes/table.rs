@@ -18,6 +18,9 @@ const COSINES: usize = LOBE_COSINES as usize;
 const ROWS: usize = LOBE_ROUGHNESSES as usize;
 /// Facets for each entry: points of a Fibonacci lattice, and the number before in Fibonacci's sequence.
 const FACETS: [usize; 2] = [377, 233];
+/// Between entries, interpolated scales are too large by up to half of a thousandth. This much less, lobes may lose a
+/// thousandth of the light, and gain none.
+const INTERPOLATED: f64 = 0.9995;
 /// Steps of the iteration for the scales. Its error falls by a third or more in a step.
 const STEPS: usize = 60;
 
@@ -209,7 +212,7 @@ fn rough_row(alpha: f64) -> Vec<LobeEntry> {
     }
     let scales = balance(&all);
     let entry = |i: usize| LobeEntry {
-        scale: scales[i],
+        scale: scales[i] * INTERPOLATED,
         single: all[i].iter().sum(),
         edge: edge[i].iter().sum(),
         edge_scaled: scales[i] * dot(&edge[i], &scales),
