@@ -1,5 +1,17 @@
 // Ways on from surfaces that are followed: mirrors, sharp glossy lobes, boundaries of glass. Include lib/scatter.glsl
-// and lib/medium.glsl before.
+// before.
+
+// Ratio n_incident / n_transmitted of a boundary of glass for the direction of a ray that goes through; 1 for a thin
+// sheet.
+float transmission_eta(Surface s) {
+    if ((s.flags & MATERIAL_VOLUME) == 0u) return 1.0;
+    return s.front ? 1.0 / s.ior : s.ior;
+}
+
+// The same ratio for how much is reflected: a thin sheet is entered from either side.
+float reflection_eta(Surface s) {
+    return (s.flags & MATERIAL_VOLUME) != 0u ? transmission_eta(s) : 1.0 / s.ior;
+}
 
 // Refraction about a sampled facet: its direction, of unit length up to rounding; false where all is reflected.
 bool refract_at(vec3 facet, float cosine, vec3 d, float eta, out vec3 direction) {

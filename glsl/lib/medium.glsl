@@ -1,4 +1,4 @@
-// Media that surfaces enclose, and boundaries of glass. Include lib/bsdf.glsl and shared/photon.glsl before.
+// Media that surfaces enclose. Include lib/bsdf.glsl and shared/photon.glsl before.
 //
 // A body fills what its surface encloses, holes or not. A path knows the medium around it: what it went into last.
 // Where it comes out of a body, and where it begins, it does not know: there trace_medium.comp looks.
@@ -26,16 +26,4 @@ uint medium_behind(Surface s, uint medium) {
 // Share of the light that is left of it after a way through a medium.
 vec3 transmittance(uint medium, float way) {
     return medium == 0u ? vec3(1.0) : exp(-materials[medium - 1u].absorption * max(way, 0.0));
-}
-
-// Ratio n_incident / n_transmitted of a boundary of glass for the direction of a ray that goes through; 1 for a thin
-// sheet.
-float transmission_eta(Surface s) {
-    if ((s.flags & MATERIAL_VOLUME) == 0u) return 1.0;
-    return s.front ? 1.0 / s.ior : s.ior;
-}
-
-// The same ratio for how much is reflected: a thin sheet is entered from either side.
-float reflection_eta(Surface s) {
-    return (s.flags & MATERIAL_VOLUME) != 0u ? transmission_eta(s) : 1.0 / s.ior;
 }

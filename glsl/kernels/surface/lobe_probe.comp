@@ -30,7 +30,6 @@ layout(set = 0, binding = 13, scalar) readonly buffer Lobes { uint lobes[]; };
 layout(set = 0, binding = 16, scalar) readonly buffer Probes { ProbedLobe probes[]; };
 layout(set = 0, binding = 17, scalar) writeonly buffer Results { vec4 results[]; };
 #include "lib/bsdf.glsl"
-#include "lib/medium.glsl"
 #include "lib/scatter.glsl"
 #include "lib/glass.glsl"
 
