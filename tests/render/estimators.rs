@@ -80,7 +80,7 @@ fn bounds_test_few_pairs_and_accept_all() {
     let scene = asset("corridors");
     let pairs = |estimator| {
         let of = Settings { count_pairs: true, ..settings(estimator, &scene, 0.01) };
-        let statistics = Shot::take(&scene, &of, 0..1).statistics;
+        let statistics = Shot::take(&scene, &of, 0..1).statistics.clone();
         (statistics.pairs_tested, statistics.pairs_accepted)
     };
     let (all, accepted) = pairs(Estimator::Brute);
