@@ -83,13 +83,14 @@ float edge_function(vec2 a, vec2 a_high, vec2 b, vec2 b_high) {
     return edge;
 }
 
-// Distance and barycentrics (of v1, v2) of a hit from either side with 0 < t; false where there is none.
+// Distance and barycentrics (of v1, v2) of a hit from either side with t_min < t; false where there is none.
 //
 // Two triangles that share an edge compute opposite values of its edge function, so no ray passes between them. t is
 // raised to where the ray enters the triangle's own box: an edge-on triangle has an ill-conditioned t, and with this
 // bound no box around the triangle is entered behind its t. Hence every tree finds the same hit as a loop over all
 // triangles, ties included.
-bool intersect_triangle(RayFrame ray, vec3 v0, vec3 v1, vec3 v2, out float t, out vec2 barycentrics) {
+bool intersect_triangle(RayFrame ray, mat3 corners, float t_min, out float t, out vec2 barycentrics) {
+    vec3 v0 = corners[0], v1 = corners[1], v2 = corners[2];
     precise vec3 a = to_major_axis(v0 - ray.origin, ray.major);
     precise vec3 b = to_major_axis(v1 - ray.origin, ray.major);
     precise vec3 c = to_major_axis(v2 - ray.origin, ray.major);
@@ -112,7 +113,7 @@ bool intersect_triangle(RayFrame ray, vec3 v0, vec3 v1, vec3 v2, out float t, ou
     precise float distance = (b0 * a.z + b1 * b.z + b2 * c.z) * ray.shear.z;
     float leave;
     t = max(distance, box_enter(ray, min(min(v0, v1), v2), max(max(v0, v1), v2), leave));
-    return inside && det != 0.0 && t > 0.0;
+    return inside && det != 0.0 && t > t_min;
 }
 
 float largest(vec3 v) {

@@ -23,6 +23,15 @@ uint medium_behind(Surface s, uint medium) {
     return ABSORPTION ? MEDIUM_UNKNOWN : 0u;
 }
 
+// Where the ray from a surface into a body began before its origin was moved off the surface [lengths of `d`, not above
+// 0]: a body thinner than that has its other side behind the origin. 0 for rays that stay outside.
+float way_back(Surface s, vec3 origin, vec3 d) {
+    if ((s.flags & MATERIAL_VOLUME) == 0u) return 0.0;
+    float cosine = dot(d, s.geometric);
+    bool inwards = s.front ? cosine < 0.0 : cosine > 0.0;
+    return inwards ? -1.001 * abs(dot(origin - s.position, s.geometric)) / max(abs(cosine), 1e-4) : 0.0;
+}
+
 // Share of the light that is left of it after a way through a medium.
 vec3 transmittance(uint medium, float way) {
     return medium == 0u ? vec3(1.0) : exp(-materials[medium - 1u].absorption * max(way, 0.0));

@@ -1,5 +1,6 @@
 // What path tracing keeps of a path, in places that the photon method leaves empty:
-//   rays[2 slot].w      distance from the last surface where gathered lobes scattered it, past masks on the way
+//   rays[2 slot].w      distance from the last surface where gathered lobes scattered it, past holes on the way; or,
+//                       at most 0, where a ray in a body begins (way_back in lib/medium.glsl)
 //   rays[2 slot + 1].w  density [1/sr] of its direction if gathered lobes drew it, else 0
 //   radiance[slot].w    tag of a hit to gather at, else 0
 // A pixel has one path slot. Light is kept in three layers of the film: radiance[slot] is the direct one, the others

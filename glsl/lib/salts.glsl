@@ -21,6 +21,9 @@ const uint SALT_EYE_ROULETTE = 0x9e3779b9u; // whether a faint path goes on
 // photon at a surface, or into the key of a shadow ray.
 const uint SALT_COVERAGE = 0xc2b2ae35u;
 
+// Which of the candidates a light sample is; mixed into its key.
+const uint SALT_RESAMPLING = 0x27d4eb2fu;
+
 // Sequences that are keyed by pixel or slot, so that they are independent of the camera's and of each other.
 const uint SALT_DIRECT_LIGHT = 0x5bd1e995u; // light samples
 const uint SALT_PATH_TRACING = 0x85ebca6bu; // gathered lobes of path tracing

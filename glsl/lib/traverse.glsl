@@ -50,7 +50,13 @@ uint trace_pop(inout uint top, float t_best) {
     return trace_stack[top];
 }
 
-Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
+// Whether the ray, which is in a body, leaves it at this triangle.
+bool trace_leaves(BvhTriangle t, vec3 direction) {
+    bool boundary = (floatBitsToUint(t.v1.w) & BVH_BOUNDARY) != 0u;
+    return boundary && dot(triangle_normal(t.v1.xyz - t.v0.xyz, t.v2.xyz - t.v0.xyz), direction) > 0.0;
+}
+
+Hit traverse(vec3 origin, vec3 direction, float t_min, float t_max, const bool any) {
     uint current;
     RayFrame ray = trace_frame(origin, direction, current);
     Hit hit = Hit(t_max, vec2(0.0), BVH_MISS);
@@ -65,8 +71,8 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
             steps++;
             BvhNode node = nodes[current];
             float leave0, leave1;
-            float enter0 = max(box_enter(ray, node.min0.xyz, node.max0.xyz, leave0), 0.0);
-            float enter1 = max(box_enter(ray, node.min1.xyz, node.max1.xyz, leave1), 0.0);
+            float enter0 = max(box_enter(ray, node.min0.xyz, node.max0.xyz, leave0), t_min);
+            float enter1 = max(box_enter(ray, node.min1.xyz, node.max1.xyz, leave1), t_min);
             bool hit0 = enter0 <= min(leave0, hit.t);
             bool hit1 = enter1 <= min(leave1, hit.t);
             uint child0 = floatBitsToUint(node.min0.w);
@@ -87,8 +93,10 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
             uint id = floatBitsToUint(triangle.v0.w);
             float t;
             vec2 barycentrics;
-            bool found = intersect_triangle(ray, triangle.v0.xyz, triangle.v1.xyz, triangle.v2.xyz, t, barycentrics);
+            mat3 corners = mat3(triangle.v0.xyz, triangle.v1.xyz, triangle.v2.xyz);
+            bool found = intersect_triangle(ray, corners, t_min, t, barycentrics);
             found = found && (t < hit.t || (t == hit.t && id < hit_id));
+            found = found && (t > 0.0 || trace_leaves(triangle, direction));
             found = found && trace_accepts(triangle, index, barycentrics);
             if (found) {
                 hit = Hit(t, barycentrics, index);
@@ -106,10 +114,16 @@ Hit traverse(vec3 origin, vec3 direction, float t_max, const bool any) {
 
 // The closest hit with 0 < t <= t_max; of hits at the same t, the one with the lowest original triangle id.
 Hit trace_closest(vec3 origin, vec3 direction, float t_max) {
-    return traverse(origin, direction, t_max, false);
+    return traverse(origin, direction, 0.0, t_max, false);
+}
+
+// The same for a path that may have crossed the other side of a thin body before it began: from t_min on, which is not
+// above 0, it meets boundaries that it leaves a body by (way_back in lib/medium.glsl).
+Hit trace_path(vec3 origin, vec3 direction, float t_min) {
+    return traverse(origin, direction, min(t_min, 0.0), uintBitsToFloat(0x7f800000u), false);
 }
 
 // Whether anything is hit with 0 < t <= t_max.
 bool trace_any(vec3 origin, vec3 direction, float t_max) {
-    return traverse(origin, direction, t_max, true).triangle != BVH_MISS;
+    return traverse(origin, direction, 0.0, t_max, true).triangle != BVH_MISS;
 }

@@ -15,7 +15,7 @@ struct BvhNode {
 // A triangle, stored in leaf order.
 struct BvhTriangle {
     vec4 v0; // w: id of the triangle in the scene, whatever its place in the tree
-    vec4 v1; // w: flags, BVH_ALPHA_MASKED and BVH_ONE_SIDED
+    vec4 v1; // w: flags, BVH_ALPHA_MASKED and those after it
     vec4 v2; // w: material index
 };
 
@@ -34,6 +34,8 @@ const uint BVH_MAX_DEPTH = 62u;
 const uint BVH_ALPHA_MASKED = 1u;
 // BvhTriangle.v1.w: the camera looks through the back.
 const uint BVH_ONE_SIDED = 2u;
+// BvhTriangle.v1.w: the boundary of a body of glass.
+const uint BVH_BOUNDARY = 4u;
 
 // Hit.triangle where nothing was hit.
 const uint BVH_MISS = 0xffffffffu;

@@ -10,8 +10,8 @@
 use super::generated::{BvhNode, BvhTriangle};
 use crate::constants::BVH_MAX_DEPTH;
 pub use crate::constants::{
-    BVH_ALPHA_MASKED as ALPHA_MASKED, BVH_COUNT_ONE as COUNT_ONE, BVH_FIRST_MASK as FIRST_MASK, BVH_LEAF as LEAF,
-    BVH_ONE_SIDED as ONE_SIDED,
+    BVH_ALPHA_MASKED as ALPHA_MASKED, BVH_BOUNDARY as BOUNDARY, BVH_COUNT_ONE as COUNT_ONE,
+    BVH_FIRST_MASK as FIRST_MASK, BVH_LEAF as LEAF, BVH_ONE_SIDED as ONE_SIDED,
 };
 
 /// Deepest path from the root to a leaf, in edges; the traversal stack of the kernels has room for it.
@@ -44,7 +44,7 @@ pub struct HostBvh {
 /// What rides with a triangle in the tree.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct TriangleTag {
-    /// Bit set of flags, [`ALPHA_MASKED`] and [`ONE_SIDED`].
+    /// Bit set of flags, [`ALPHA_MASKED`], [`BOUNDARY`] and [`ONE_SIDED`].
     pub flags: u32,
     /// Index of its material.
     pub material: u32,

@@ -183,7 +183,7 @@ pub(super) fn bounce(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &
     if variant.one_sided {
         trace_camera(g, view.scene, list, paths);
     } else {
-        trace_list(g, view.scene, list, &paths.rays, &mut paths.hits);
+        trace_list(g, view.scene, list, TraceList { photons: false }, (&paths.rays, &mut paths.hits));
     }
     if variant.absorption {
         trace_medium(g, view.scene, list, InFlight::of(paths));
@@ -233,8 +233,8 @@ pub(super) fn trace_list(
     g: &mut Graph,
     scene: &SceneBuffers,
     list: &SlotList,
-    rays: &Buf<[f32; 4]>,
-    hits: &mut Buf<[u32; 4]>,
+    kernel: TraceList,
+    (rays, hits): (&Buf<[f32; 4]>, &mut Buf<[u32; 4]>),
 ) {
     let bind = TraceListBindings {
         nodes: &scene.nodes,
@@ -244,7 +244,7 @@ pub(super) fn trace_list(
         rays,
         hits,
     };
-    g.dispatch(TraceList, Grid::Indirect(&list.args), (), bind);
+    g.dispatch(kernel, Grid::Indirect(&list.args), (), bind);
 }
 
 /// The same for eye paths, which look through the backs of surfaces with one side as long as they come straight from
@@ -282,10 +282,30 @@ pub(super) fn trace_medium(g: &mut Graph, scene: &SceneBuffers, list: &SlotList,
     g.dispatch(TraceMedium, Grid::Indirect(&list.args), (), bind);
 }
 
-/// Adds the direct light at the hits: `samples` lights, chosen by power, and a shadow ray for each.
-pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, samples: u32, eye: &mut EyeHits) {
+/// How the lights of a hit are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LightChoice {
+    /// Samples, of a shadow ray each; 0 without lights.
+    pub samples: u32,
+    /// Candidates by power, of which each sample is chosen by what it brings.
+    pub candidates: u32,
+}
+
+impl LightChoice {
+    /// From so many lights upwards a sample is one of several candidates.
+    const MANY: u32 = 16;
+
+    /// For a scene of so many lights, with `samples` samples if there are any.
+    pub fn new(lights: u32, samples: u32) -> Self {
+        let candidates = if lights >= Self::MANY { 8 } else { 1 };
+        Self { samples: if lights > 0 { samples } else { 0 }, candidates }
+    }
+}
+
+/// Adds the direct light at the hits: lights as they are to be chosen, and a shadow ray for each.
+pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, choice: LightChoice, eye: &mut EyeHits) {
     let EyeHits { hits, list, count, args, states, radiance, .. } = eye;
-    let samples = LightSamples { count: samples, path: false };
+    let samples = LightSamples { count: choice.samples, candidates: choice.candidates, path: false };
     sample_lights(g, view, v, samples, LitHits { list, count, args, hits, states, radiance });
 }
 
@@ -293,6 +313,8 @@ pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, samples: u32, eye: &mut
 #[derive(Clone, Copy)]
 pub(super) struct LightSamples {
     pub count: u32,
+    /// Candidates of which each is chosen.
+    pub candidates: u32,
     /// Whether gathered lobes look for lights, too, as in path tracing.
     pub path: bool,
 }
@@ -312,7 +334,12 @@ pub(super) struct LitHits<'a> {
 /// Adds the light of samples of lights at the listed hits.
 pub(super) fn sample_lights(g: &mut Graph, view: View<'_>, v: Variant, samples: LightSamples, lit: LitHits<'_>) {
     let LitHits { list, count, args, hits, states, radiance } = lit;
-    let kernel = DirectLight { light_samples: samples.count, path: samples.path, ..DirectLight::of(&v) };
+    let kernel = DirectLight {
+        light_samples: samples.count,
+        candidates: samples.candidates,
+        path: samples.path,
+        ..DirectLight::of(&v)
+    };
     let bind = DirectLightBindings { view, list, count, eye_hits: hits, radiance, states };
     g.dispatch(kernel, Grid::Indirect(args), (), bind);
 }

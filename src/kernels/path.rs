@@ -7,7 +7,7 @@
 
 use super::Items;
 use super::eye::{
-    self, Children, EyeHits, EyeSettings, EyeState, EyeTrace, LightSamples, LitHits, Paths, SlotList, View,
+    self, Children, EyeHits, EyeSettings, EyeState, EyeTrace, LightChoice, LightSamples, LitHits, Paths, SlotList, View,
 };
 use super::generated::{PathLayers, PathLayersBindings, PathLayersParams, PathScatter, PathScatterBindings};
 use super::scene_data::Variant;
@@ -24,8 +24,8 @@ pub struct PathSettings {
     pub pixels: u32,
     /// Most surfaces that a path meets after the first, at most [`MOST_DEPTH`].
     pub max_depth: u32,
-    /// Light samples at each surface that gathers; 0 without lights.
-    pub light_samples: u32,
+    /// Light samples at each surface that gathers.
+    pub lights: LightChoice,
     /// Whether layers are written.
     pub aov: bool,
 }
@@ -55,8 +55,8 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
     let mut list = g.scope("eye generate", |g| eye::generate(g, eye, &mut state));
     for step in 0..=eye_settings.max_depth {
         let mut children = g.scope("eye bounce", |g| eye::bounce(g, eye, &list, &mut state));
-        if settings.light_samples > 0 {
-            g.scope("direct light", |g| light_samples(g, eye, settings.light_samples, &list, &mut state));
+        if settings.lights.samples > 0 {
+            g.scope("direct light", |g| light_samples(g, eye, settings.lights, &list, &mut state));
         }
         g.scope("path scatter", |g| scatter(g, eye, &list, &mut state, &mut children));
         if step < eye_settings.max_depth {
@@ -68,10 +68,11 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
     PathLight { radiance, gathered, aov_first, truncated }
 }
 
-/// Adds the light of `count` samples of lights at the hits of this step.
-fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, count: u32, list: &SlotList, state: &mut EyeState) {
+/// Adds the light of samples of lights at the hits of this step.
+fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, lights: LightChoice, list: &SlotList, state: &mut EyeState) {
     let EyeHits { hits, radiance, .. } = &mut state.result;
-    let samples = LightSamples { count, path: true };
+    let LightChoice { samples: count, candidates } = lights;
+    let samples = LightSamples { count, candidates, path: true };
     let states = &state.paths.states;
     let lit = LitHits { list: &list.list, count: &list.count, args: &list.args, hits, states, radiance };
     eye::sample_lights(g, eye.view, eye.variant, samples, lit);

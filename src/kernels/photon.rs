@@ -10,7 +10,7 @@ use super::generated::{
     Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
     PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend, PhotonAppendBindings, PhotonAppendParams, PhotonBounce,
     PhotonBounceBindings, PhotonBounceParams, PhotonEmit, PhotonEmitBindings, PhotonEmitParams, PhotonFold,
-    PhotonFoldBindings, PhotonSort, PhotonSortBindings,
+    PhotonFoldBindings, PhotonSort, PhotonSortBindings, TraceList,
 };
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
@@ -129,7 +129,8 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
     let emitted = g.scope("photon energy", |g| energy::sum(g, flight.photons()));
     for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
-            trace_list(g, photons.scene, &list, &flight.rays, &mut flight.hits);
+            let kernel = TraceList { photons: true };
+            trace_list(g, photons.scene, &list, kernel, (&flight.rays, &mut flight.hits));
             if photons.variant.absorption {
                 let Flight { rays, hits, states, .. } = &mut flight;
                 trace_medium(g, photons.scene, &list, InFlight { rays, hits, states });

@@ -31,6 +31,7 @@ bool shadow_stops = false; // rays stop at holes
 #include "lib/shadow.glsl"
 
 layout(constant_id = 21) const uint LIGHT_SAMPLES = 1;
+layout(constant_id = 23) const uint CANDIDATES = 1; // of which each sample is chosen
 layout(constant_id = 22) const bool PATH = false; // path tracing: lights with an extent are found by both strategies
 
 // A hit to light.
@@ -43,16 +44,22 @@ struct Lit {
     uint medium; // around it there
 };
 
-// Light that one sample brings.
-vec3 sample_direct(Lit at, uint key, uint k) {
+// A sample of a light, and the light that it brings if nothing stands between.
+struct Candidate {
+    vec3 light;
+    LightSample from;
+};
+
+Candidate candidate(Lit at, uint key, uint index) {
     Surface s = at.s;
-    uint index = pass[0].index * LIGHT_SAMPLES + k;
     float choice = sequence1(index, key, 1u);
     uint light = choose_light(choice);
     LightSample l = sample_light(light, s.position, sequence2(index, key, 2u));
     float cosine = dot(s.shading, l.to_light);
     // Positive comparisons: a light at the very point has no direction.
-    if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) return vec3(0.0);
+    if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) {
+        return Candidate(vec3(0.0), l);
+    }
     vec3 f = uintBitsToFloat(at.hit.b.xyz);
     if (GLOSSY && !is_lambert(s)) {
         f = at.through * gathered_bsdf(s, at.to_eye, l.to_light);
@@ -61,11 +68,39 @@ vec3 sample_direct(Lit at, uint key, uint k) {
     if (PATH && !l.delta) {
         f *= balance(l.density, gathered_density(s, at.to_eye, l.to_light, at.depth >= ROULETTE_DEPTH));
     }
+    return Candidate(f * l.weight * cosine, l);
+}
+
+// One of CANDIDATES candidates, drawn by the light that it brings and made up for that: lamps that are bright elsewhere
+// do not take the samples of those that are bright here (Talbot, Cline and Egbert 2005, resampled importance sampling).
+Candidate best_candidate(Lit at, uint key, uint index) {
+    if (CANDIDATES == 1u) return candidate(at, key, index);
+    Candidate kept = candidate(at, key, index * CANDIDATES);
+    float own = luminance(kept.light), sum = own;
+    uint seed = hash2(key ^ SALT_RESAMPLING, index);
+    [[dont_unroll]] for (uint i = 1u; i < CANDIDATES; ++i) {
+        Candidate other = candidate(at, key, index * CANDIDATES + i);
+        float weight = luminance(other.light);
+        sum += weight;
+        if (weight > 0.0 && unit_float(hash2(seed, i)) * sum < weight) {
+            kept = other;
+            own = weight;
+        }
+    }
+    kept.light *= own > 0.0 ? sum / float(CANDIDATES) / own : 0.0;
+    return kept;
+}
+
+// Light that one sample brings.
+vec3 sample_direct(Lit at, uint key, uint k) {
+    uint index = pass[0].index * LIGHT_SAMPLES + k;
+    Candidate c = best_candidate(at, key, index);
+    if (c.light == vec3(0.0)) return c.light;
     BvhTriangle corners = triangles[at.hit.d.w & ~EYE_HIT_BENT];
     vec3 e1 = corners.v1.xyz - corners.v0.xyz, e2 = corners.v2.xyz - corners.v0.xyz;
-    vec3 origin = offset_point(s.position, e1, e2, l.to_light);
+    vec3 origin = offset_point(at.s.position, e1, e2, c.from.to_light);
     if (ALPHA_MASK) coverage_key = hash2(key ^ SALT_COVERAGE, index);
-    return light_between(origin, l.target, at.medium, l.far) * f * l.weight * cosine;
+    return light_between(origin, c.from.target, at.medium, c.from.far) * c.light;
 }
 
 void main() {

@@ -135,7 +135,7 @@ void follow(Surface s, EyePath path, vec2 u, out Child reflected, out Child tran
 // Child `which` (0 or 1) of the path, in the slots from `slot` on.
 void emit_child(EyePath path, uint which, uint slot, uint slots, Child c, Surface s) {
     vec3 origin = offset_point(s.position, s.e1, s.e2, c.direction);
-    rays[2u * slot] = vec4(origin, 0.0);
+    rays[2u * slot] = vec4(origin, GLASS ? way_back(s, origin, c.direction) : 0.0);
     rays[2u * slot + 1u] = vec4(c.direction, 0.0);
     throughput[slot] = vec4(path.through * c.weight, float(slots));
     uint depth = depth_of(path) + 1u;

@@ -332,6 +332,13 @@ uint seed_of(uint slot) {
     return hash2(key, slot * 256u + (params.bounce & 255u));
 }
 
+// What is kept with the direction. For FOOTPRINT_DENSITY the path density: the product of the probabilities of
+// scattering into CONE around the direction that was taken. Else where a ray in a body begins (way_back).
+float kept_of(Surface s, uint slot, Event e, vec3 origin) {
+    if (FOOTPRINT == FOOTPRINT_DENSITY) return rays[2u * slot + 1u].w * min(1.0, e.density * CONE);
+    return GLASS ? way_back(s, origin, e.direction) : 0.0;
+}
+
 void main() {
     uint j = linear_id();
     if (j >= count[0]) return;
@@ -382,10 +389,9 @@ void main() {
     // Survivors stand for those that were absorbed or went another way: each covers 1 / p of the area.
     scale(f, inversesqrt(e.probability));
     absorbed += energy_of(photon_flux.rgb) - energy_of(carried);
-    rays[2u * slot] = vec4(offset_point(s.position, s.e1, s.e2, e.direction), absorbed);
-    // Path density: the product of the probabilities of scattering into CONE around the direction that was taken.
-    float path_density = rays[2u * slot + 1u].w * min(1.0, e.density * CONE);
-    rays[2u * slot + 1u] = vec4(e.direction, path_density);
+    vec3 origin = offset_point(s.position, s.e1, s.e2, e.direction);
+    rays[2u * slot] = vec4(origin, absorbed);
+    rays[2u * slot + 1u] = vec4(e.direction, kept_of(s, slot, e, origin));
     flux[slot] = vec4(carried, photon_flux.w);
     states[slot] = e.state;
     if (FOOTPRINT != FOOTPRINT_NONE) differentials[slot] = f;

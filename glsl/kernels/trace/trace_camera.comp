@@ -33,6 +33,6 @@ void main() {
     uint slot = list[i];
     vec3 direction = rays[2u * slot + 1u].xyz;
     seen_along = (states[slot] & (PATH_SPECULAR | PATH_DIFFUSE)) == 0u ? direction : vec3(0.0);
-    Hit hit = trace_closest(rays[2u * slot].xyz, direction, INFINITY);
+    Hit hit = trace_path(rays[2u * slot].xyz, direction, rays[2u * slot].w);
     hits[slot] = pack_hit(hit);
 }

@@ -2,7 +2,7 @@
 
 use super::transport::{BandLight, BandView};
 use crate::graph::{Buf, Graph};
-use crate::kernels::eye::{self, EyeHits, EyeSettings};
+use crate::kernels::eye::{self, EyeHits, EyeSettings, LightChoice};
 
 /// Shadow rays per eye hit and pass, where there is more than one direction to choose.
 const SHADOW_RAYS: u32 = 4;
@@ -17,7 +17,8 @@ pub fn look(g: &mut Graph, at: BandView<'_>) -> (EyeHits, Buf<[f32; 4]>) {
     if device.light_count > 0 {
         // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.
         let samples = if device.light_count == 1 && !device.has_wide_lights { 1 } else { SHADOW_RAYS };
-        g.scope("direct light", |g| eye::direct(g, at.view(), device.variant, samples, &mut hits));
+        let choice = LightChoice::new(device.light_count, samples);
+        g.scope("direct light", |g| eye::direct(g, at.view(), device.variant, choice, &mut hits));
     }
     let mut gathered = g.buffer("gathered", 2 * at.pixels * slots);
     g.fill(&mut gathered, 0);

@@ -2,6 +2,7 @@
 
 use super::transport::{BandLight, BandView, Transport};
 use crate::graph::Graph;
+use crate::kernels::eye::LightChoice;
 use crate::kernels::path::{self, PathLight, PathSettings};
 
 /// Paths from the eye: nothing has to be prepared for them.
@@ -15,7 +16,7 @@ impl Transport for EyePaths {
         let path_settings = PathSettings {
             pixels: at.pixels,
             max_depth: settings.photon_bounces.max(settings.eye_depth),
-            light_samples: if device.light_count > 0 { 1 } else { 0 },
+            lights: LightChoice::new(device.light_count, 1),
             aov: settings.layers,
         };
         let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings));

@@ -4,7 +4,7 @@
 use super::lights::{average_emission, luminance};
 use super::shading::is_flat;
 use super::sky::Sky;
-use crate::kernels::bvh_host::{ALPHA_MASKED, HostBvh, ONE_SIDED, TriangleTag, build_sah, pack_triangles};
+use crate::kernels::bvh_host::{ALPHA_MASKED, BOUNDARY, HostBvh, ONE_SIDED, TriangleTag, build_sah, pack_triangles};
 use crate::kernels::generated::BvhTriangle;
 use crate::scene::frame::Bounds;
 use crate::scene::{Alpha, Instance, InstanceId, Material, Part, Scene, World};
@@ -76,8 +76,12 @@ impl Host {
 
 /// What rays have to know of a triangle with this material.
 pub fn triangle_flags(m: &Material) -> u32 {
-    let masked = if m.alpha == Alpha::Opaque { 0 } else { ALPHA_MASKED };
-    masked | if m.is_one_sided() { ONE_SIDED } else { 0 }
+    let flags = [
+        (ALPHA_MASKED, m.alpha != Alpha::Opaque),
+        (ONE_SIDED, m.is_one_sided()),
+        (BOUNDARY, m.volume && m.transmission > 0.0),
+    ];
+    flags.iter().filter(|(_, set)| *set).fold(0, |all, (flag, _)| all | flag)
 }
 
 /// The tree over a world, and its extent.
