@@ -28,6 +28,28 @@ pub(super) struct Converter<'a> {
     pub used: Vec<UsedTexture>,
     /// Where in `used` a texture is.
     slots: HashMap<UsedTexture, u32>,
+    /// The coordinate sets of the file that the material at hand uses.
+    sets: UvSets,
+}
+
+/// The two sets of texture coordinates that a material may use: which set of the file each is, `None` if it uses none.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct UvSets([Option<u64>; 2]);
+
+impl UvSets {
+    /// Which of the two a set of the file is, if there is room: sets 0 and 1 in their places, if they can be.
+    fn place(&mut self, set: u64) -> Option<u32> {
+        let known = self.0.iter().position(|known| *known == Some(set));
+        let own = (set < 2).then_some(set as usize).filter(|&own| self.0[own].is_none());
+        let place = known.or(own).or_else(|| self.0.iter().position(Option::is_none))?;
+        self.0[place] = Some(set);
+        Some(place as u32)
+    }
+
+    /// The sets of the file, those that nothing uses as they are.
+    pub fn of_file(self) -> [u64; 2] {
+        [self.0[0].unwrap_or(0), self.0[1].unwrap_or(1)]
+    }
 }
 
 /// A texture of the file, and what it is to materials.
@@ -60,15 +82,16 @@ const RADIANCE: [f32; 2] = [0.0, 1e20];
 
 impl<'a> Converter<'a> {
     pub fn new(document: &'a Document<'a>) -> Self {
-        Self { document, used: Vec::new(), slots: HashMap::new() }
+        Self { document, used: Vec::new(), slots: HashMap::new(), sets: UvSets::default() }
     }
 
-    /// A material of the file.
-    pub fn material(&mut self, part: &Part, notes: &mut Notes) -> Material {
+    /// A material of the file, and the sets of texture coordinates that it uses.
+    pub fn material(&mut self, part: &Part, notes: &mut Notes) -> (Material, UvSets) {
+        self.sets = UvSets::default();
         let mut material = self.core(part, notes);
         self.extensions(&mut material, part, notes);
         material.alpha = alpha(part, notes);
-        material
+        (material, self.sets)
     }
 
     fn core(&mut self, part: &Part, notes: &mut Notes) -> Material {
@@ -143,8 +166,6 @@ impl<'a> Converter<'a> {
         let own_set = info.count("texCoord")?;
         let set =
             transform.as_ref().map_or(Ok(None), |transform| transform.count("texCoord"))?.or(own_set).unwrap_or(0);
-        let uv_set = u32::try_from(set).ok().filter(|set| *set <= 1);
-        let uv_set = uv_set.ok_or_else(|| format!("coordinate set {set} is not supported"))?;
         if index as usize >= self.document.textures.len() {
             return Err(format!("texture {index} does not exist"));
         }
@@ -152,6 +173,7 @@ impl<'a> Converter<'a> {
         if !matrix.iter().flatten().all(|x| x.is_finite()) {
             return Err("its transform is not finite".into());
         }
+        let uv_set = self.sets.place(set).ok_or_else(|| format!("coordinate set {set} is the third of a material"))?;
         let texture = *self.slots.entry((index, role)).or_insert_with(|| {
             self.used.push((index, role));
             self.used.len() as u32 - 1
@@ -268,7 +290,7 @@ mod tests {
         let text = format!(r#"{{"asset": {{"version": "2.0"}}, "materials": [{json}]}}"#);
         let material = test_document(&text, |document| {
             let part = document.materials.part(0).unwrap();
-            Converter::new(document).material(&part, &mut notes)
+            Converter::new(document).material(&part, &mut notes).0
         });
         (material, notes)
     }
@@ -300,5 +322,18 @@ mod tests {
             r#"{"extensions": {"KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [0, 0, 0]}}}"#,
         );
         assert!(!thin.volume && thin.absorption == [0.0; 3]);
+    }
+
+    #[test]
+    fn a_material_has_room_for_any_two_sets() {
+        let places = |sets: &[u64]| {
+            let mut all = UvSets::default();
+            (sets.iter().map(|&set| all.place(set)).collect::<Vec<_>>(), all.of_file())
+        };
+        assert_eq!(places(&[0, 1, 0]), (vec![Some(0), Some(1), Some(0)], [0, 1]));
+        assert_eq!(places(&[1]), (vec![Some(1)], [0, 1]));
+        assert_eq!(places(&[2, 1, 2]), (vec![Some(0), Some(1), Some(0)], [2, 1]));
+        assert_eq!(places(&[5, 0]), (vec![Some(0), Some(1)], [5, 0]));
+        assert_eq!(places(&[0, 1, 2]).0, [Some(0), Some(1), None]);
     }
 }

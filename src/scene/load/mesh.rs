@@ -10,6 +10,7 @@ use super::accessor::{Reader, Use};
 use super::deform::{self, Placement};
 use super::document::Document;
 use super::instancing;
+use super::material::UvSets;
 use super::nodes::{Hierarchy, Placed};
 use super::notes::{Notes, Outcome};
 use super::part::Part;
@@ -68,6 +69,8 @@ pub(super) struct MeshReader<'a> {
     reader: Reader<'a>,
     limits: &'a Limits,
     used_materials: &'a [Option<u32>],
+    /// Sets of texture coordinates of each of them.
+    uv_sets: &'a [UvSets],
     chosen: &'a Chosen,
     /// Triangles of all instances so far, skipped ones included: they cost time as well.
     triangles: u64,
@@ -80,10 +83,10 @@ impl<'a> MeshReader<'a> {
     pub fn new(
         document: &'a Document<'a>,
         limits: &'a Limits,
-        used_materials: &'a [Option<u32>],
+        (used_materials, uv_sets): (&'a [Option<u32>], &'a [UvSets]),
         chosen: &'a Chosen,
     ) -> Self {
-        Self { document, reader: Reader::new(document, limits), limits, used_materials, chosen, triangles: 0 }
+        Self { document, reader: Reader::new(document, limits), limits, used_materials, uv_sets, chosen, triangles: 0 }
     }
 
     /// Adds every instance of every mesh, mesh by mesh, each decoded once.
@@ -165,7 +168,8 @@ impl<'a> MeshReader<'a> {
         let material = self.chosen.material(self.document, part, notes);
         let material = self.used_materials.binary_search(&material).unwrap_or(0) as u32;
         let skinned = list.iter().any(|spot| spot.skin.is_some());
-        let reader = PrimitiveReader { document: self.document, reader: &self.reader, needed, skinned };
+        let uv_sets = self.uv_sets.get(material as usize).copied().unwrap_or_default().of_file();
+        let reader = PrimitiveReader { document: self.document, reader: &self.reader, needed, uv_sets, skinned };
         let at = |cause| format!("{}: {cause}", part.place);
         let Some(primitive) = reader.read(part, MaterialId(material), notes).map_err(at)? else {
             scene.skipped.non_triangle_primitives += 1;
@@ -173,7 +177,10 @@ impl<'a> MeshReader<'a> {
         };
         let mut refs = scene.materials[material as usize].texture_refs();
         if let Some(r) = refs.find(|r| primitive.mesh.uvs[r.uv_set as usize].is_empty()) {
-            notes.note(format!("a mesh lacks texture coordinates {} that its material uses", r.uv_set));
+            notes.note(format!(
+                "a mesh lacks texture coordinates {} that its material uses",
+                uv_sets[r.uv_set as usize]
+            ));
         }
         Ok(Some(primitive).filter(|primitive| !primitive.mesh.triangles.is_empty()))
     }

@@ -37,7 +37,7 @@ use self::buffers::Source;
 use self::container::Container;
 use self::document::Document;
 use self::images::ImageSource;
-use self::material::{Converter, UsedTexture};
+use self::material::{Converter, UsedTexture, UvSets};
 use self::notes::{Notes, Outcome};
 use self::resolve::{Folder, read_limited};
 use self::unit::Unit;
@@ -194,7 +194,7 @@ fn placed(source: &ImageSource, start: DMat4, chosen: &Chosen, notes: &mut Notes
     let ImageSource { document, limits, .. } = *source;
     let hierarchy = nodes::walk(document, start, limits, notes)?;
     let used = mesh::used_materials(document, &hierarchy, chosen);
-    let (materials, textures) = materials(document, &used, notes);
+    let Materials { materials, uv_sets, textures } = materials(document, &used, notes);
     let mut scene = Scene {
         lights: lights::lights(document, &hierarchy.placed, notes),
         cameras: lights::cameras(document, &hierarchy.placed, notes),
@@ -202,25 +202,34 @@ fn placed(source: &ImageSource, start: DMat4, chosen: &Chosen, notes: &mut Notes
         ..Scene::default()
     };
     textures::add(source, &textures, &mut scene, notes);
-    mesh::MeshReader::new(document, limits, &used, chosen).add_all(&hierarchy, &mut scene, notes)?;
+    mesh::MeshReader::new(document, limits, (&used, &uv_sets), chosen).add_all(&hierarchy, &mut scene, notes)?;
     match notes.first_loss().filter(|_| scene.instances.is_empty()) {
         Some(loss) => Err(loss.to_owned()),
         None => Ok(scene),
     }
 }
 
-/// The materials in use, never none, and the textures they use.
-fn materials(document: &Document, used: &[Option<u32>], notes: &mut Notes) -> (Vec<Material>, Vec<UsedTexture>) {
+/// The materials in use, never none, with the sets of texture coordinates and the textures that they use.
+struct Materials {
+    materials: Vec<Material>,
+    uv_sets: Vec<UvSets>,
+    textures: Vec<UsedTexture>,
+}
+
+fn materials(document: &Document, used: &[Option<u32>], notes: &mut Notes) -> Materials {
     let mut converter = Converter::new(document);
     let mut materials = Vec::with_capacity(used.len().max(1));
+    let mut uv_sets = Vec::with_capacity(used.len());
     for index in used {
         let part = index.and_then(|index| notes.or_fault(document.materials.part(index as usize)));
-        materials.push(part.map_or_else(Material::default, |part| converter.material(&part, notes)));
+        let (material, sets) = part.map_or_else(Default::default, |part| converter.material(&part, notes));
+        materials.push(material);
+        uv_sets.push(sets);
     }
     if materials.is_empty() {
         materials.push(Material::default());
     }
-    (materials, converter.used)
+    Materials { materials, uv_sets, textures: converter.used }
 }
 
 fn count_skipped(scene: &Scene, notes: &mut Notes) {

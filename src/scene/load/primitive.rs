@@ -73,6 +73,8 @@ pub(super) struct PrimitiveReader<'r, 'a> {
     pub document: &'a Document<'a>,
     pub reader: &'r Reader<'a>,
     pub needed: &'r Needed,
+    /// The sets of the file that are the mesh's two sets of texture coordinates.
+    pub uv_sets: [u64; 2],
     /// Whether joints move some of its instances.
     pub skinned: bool,
 }
@@ -133,9 +135,8 @@ impl<'a> PrimitiveReader<'_, 'a> {
         if self.needed.tangents {
             mesh.tangents = self.optional(&picked, "TANGENT", Use::Tangent, notes);
         }
-        for (set, name) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate().filter(|(set, _)| self.needed.uvs[*set])
-        {
-            mesh.uvs[set] = self.optional(&picked, name, Use::Uv, notes);
+        for (set, of_file) in self.uv_sets.into_iter().enumerate().filter(|(set, _)| self.needed.uvs[*set]) {
+            mesh.uvs[set] = self.optional(&picked, &format!("TEXCOORD_{of_file}"), Use::Uv, notes);
         }
         mesh.colors = self.optional(&picked, "COLOR_0", Use::Color, notes);
         if self.skinned {
