@@ -80,7 +80,7 @@ fn point_light(lab: &mut Lab) -> Result<()> {
     let ceiling = Mesh::quad([-1.5, 1.0, -1.5], [3.0, 0.0, 0.0], [0.0, 0.0, 3.0]);
     let parts = vec![(floor(3.0, 0.0), Material::lambert([1.0; 3])), (ceiling, Material::mirror())];
     let scene = Scene::from_parts(parts, vec![lamp], from_above([0.0, 0.25, 0.0], 1.0));
-    let shot = lab.shot(&scene, &settings(32, 32, 200_000), 0..lab.pick(6, 20))?;
+    let shot = lab.shot(&scene, &settings(32, 32, 200_000), 0..lab.pick(6, 10))?;
     let h = 1.5f64;
     let at = |x: f64, z: f64| intensity * h / (h * h + x * x + z * z).powf(1.5) / PI;
     let grid: Vec<f64> = (0..256)
@@ -111,9 +111,9 @@ fn disc_light(lab: &mut Lab) -> Result<()> {
         let expected = 0.5 / (1.0 + h * h);
         let scene = under_disc(h);
         for method in [Method::Photons, Method::Path] {
-            let settings = Settings { method, ..settings(16, 16, 0) };
+            let settings = Settings { method, photon_bounces: 4, eye_depth: 4, ..settings(48, 48, 0) };
             // A path knows emitters from both ends, so it needs no more samples for a light that is near.
-            let passes = if method == Method::Path { lab.pick(128, 512) } else { lab.pick(32, 128) };
+            let passes = if method == Method::Path { lab.pick(32, 64) } else { lab.pick(16, 64) };
             let shot = lab.shot(&scene, &settings, 0..passes)?;
             let direct = shot.red("direct");
             let brightest = direct.iter().copied().fold(0.0, f64::max) / expected;
@@ -217,12 +217,12 @@ fn unequal_sizes(lab: &mut Lab) -> Result<()> {
     let small = (quad(1e-6, 1.0), Material::emitter([1e12; 3]));
     let wide = (quad(1e6, 2.0), Material::emitter([1.0 / std::f32::consts::PI; 3]));
     let scene = Scene::from_parts(vec![(floor(2.0, 0.0), white), small, wide], vec![], camera);
-    let shot = lab.shot(&scene, &settings(16, 16, 0), 0..lab.pick(256, 1024))?;
+    let shot = lab.shot(&scene, &settings(64, 64, 0), 0..lab.pick(16, 64))?;
     let each = 0.5 / PI;
     let gap = "shadow rays choose points of a light by area: of a light much wider than it is far, few are near";
     lab.found("both together", shot.mean("direct"), 2.0 * each, Within::Part(0.02)).gap(gap);
-    let path = Settings { method: Method::Path, ..settings(16, 16, 0) };
-    let shot = lab.shot(&scene, &path, 0..lab.pick(256, 1024))?;
+    let path = Settings { method: Method::Path, photon_bounces: 4, eye_depth: 4, ..settings(64, 64, 0) };
+    let shot = lab.shot(&scene, &path, 0..lab.pick(16, 64))?;
     lab.found("both together, by path tracing", shot.mean("direct"), 2.0 * each, Within::Part(0.02));
     Ok(())
 }
