@@ -61,8 +61,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Counts of input that had to be left out.
     pub skipped: Skipped,
-    /// Names of the variants of materials that the file has (KHR_materials_variants), one of which can be chosen when it
-    /// is loaded.
+    /// Names of the variants of materials that the file has (KHR_materials_variants): one can be chosen when it is
+    /// loaded.
     pub variants: Vec<String>,
 }
 

@@ -5,12 +5,13 @@
 mod support;
 
 mod bombs;
+mod scenes;
 
 use std::path::Path;
 
 use nephroid::low_level::film::film_file;
 use nephroid::low_level::picture::exr;
-use nephroid::low_level::scene::{Environment, Limits};
+use nephroid::low_level::scene::{self, Environment, Limits};
 use peak_alloc::PeakAlloc;
 
 use self::bombs::Bomb;
@@ -31,11 +32,15 @@ const READINGS: [(&str, Reading); 4] = [
     ("film", |path| film_file::read(path).map(drop).map_err(|e| e.to_string())),
 ];
 
+/// What reads scenes.
+const LOADING: [(&str, Reading); 1] =
+    [("scene", |path| scene::load(path, &Limits::default()).map(drop).map_err(|e| e.to_string()))];
+
 /// Reads the file in every way; the sentences with which it was refused. Fails beyond the budget.
-fn within_budget(name: &str, path: &Path) -> Vec<String> {
+fn within_budget(name: &str, path: &Path, readings: &[(&str, Reading)]) -> Vec<String> {
     let length = std::fs::metadata(path).expect("a file").len();
     let mut refusals = Vec::new();
-    for (reading, read) in READINGS {
+    for (reading, read) in readings {
         COUNTED.reset_peak_usage();
         let (before, begin) = (COUNTED.current_usage(), seconds_of_work());
         let outcome = read(path);
@@ -55,7 +60,7 @@ fn within_budget(name: &str, path: &Path) -> Vec<String> {
 fn bytes_within_budget(name: &str, bytes: &[u8]) -> Vec<String> {
     let file = tempfile::NamedTempFile::new().expect("a temporary file");
     std::fs::write(file.path(), bytes).expect("written");
-    within_budget(name, file.path())
+    within_budget(name, file.path(), &READINGS)
 }
 
 /// One test, so that nothing else allocates while it counts.
@@ -65,12 +70,20 @@ fn hostile_files_keep_to_their_budget() {
         let refusals = bytes_within_budget(name, &bytes);
         assert!(!refused || refusals.len() == READINGS.len(), "{name} is refused in every way: {refusals:?}");
     }
+    for scene in scenes::all() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let refusals = within_budget(scene.name, &scene.write(folder.path()), &LOADING);
+        assert!(!scene.refused || !refusals.is_empty(), "{} is read", scene.name);
+    }
     for folder in ["assets/bad/faults", "assets/bad/openexr-damaged"] {
         let Some(Ok(files)) = shared::path(folder).map(std::fs::read_dir) else { continue };
         for path in files.map(|file| file.expect("a file").path()) {
-            if path.extension().is_some_and(|extension| extension == "exr") {
-                within_budget(&path.display().to_string(), &path);
-            }
+            let readings = match path.extension().and_then(|extension| extension.to_str()) {
+                Some("exr") => &READINGS[..],
+                Some("gltf" | "glb") => &LOADING,
+                _ => continue,
+            };
+            within_budget(&path.display().to_string(), &path, readings);
         }
     }
     sabotage();

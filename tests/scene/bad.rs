@@ -212,6 +212,11 @@ fn what_is_valid_makes_no_warning() {
     }
 }
 
+/// A sparse list of positions, its indices of this type.
+fn sparse_list(count: u64, kind: u64) -> Value {
+    json!({"count": count, "indices": {"bufferView": 1, "componentType": kind}, "values": {"bufferView": 0}})
+}
+
 #[test]
 fn accessors() {
     let huge = json!(u64::MAX);
@@ -255,20 +260,8 @@ fn accessors() {
             ("one too many", changed("/accessors/0/count", json!(4)), "12 bytes are missing"),
             ("POSITION as bytes", changed("/accessors/0/componentType", json!(5121)), "is not meant for Position"),
             ("fewer normals than vertices", fewer_normals, "2 elements of Normal for 3 vertices"),
-            (
-                "sparse count above count",
-                sparse(
-                    json!({"count": 4, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}),
-                ),
-                "sparse",
-            ),
-            (
-                "sparse indices cut",
-                sparse(
-                    json!({"count": 3, "indices": {"bufferView": 1, "componentType": 5125}, "values": {"bufferView": 0}}),
-                ),
-                "missing",
-            ),
+            ("sparse count above count", sparse(sparse_list(4, 5123)), "sparse"),
+            ("sparse indices cut", sparse(sparse_list(3, 5125)), "missing"),
             (
                 "indices as normals",
                 changed("/meshes/0/primitives/0/attributes/NORMAL", json!(1)),
@@ -385,7 +378,7 @@ fn images() {
         (
             "text as image",
             with_bin(&textured(json!({"uri": "data:image/png;base64,AAAA"}))),
-            "neither PNG, JPEG nor WebP",
+            "neither PNG, JPEG, WebP nor KTX 2",
         ),
         ("missing image", with_bin(&textured(json!({"uri": "none.png"}))), "cannot be read"),
         ("escaping image", with_bin(&textured(json!({"uri": "../x.png"}))), "outside"),

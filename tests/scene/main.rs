@@ -5,4 +5,5 @@ mod support;
 
 mod bad;
 mod load;
+mod packed;
 mod samples;

@@ -156,8 +156,8 @@ impl<'a> Reader<'a> {
         Ok(Elements { layout, sparse, place: part.place })
     }
 
-    /// Elements as `N` floats each, those that `pick` lists or all. Components that the file lacks are 1 (the alpha of a
-    /// colour). The list must be sorted, and its entries below the count.
+    /// Elements as `N` floats each, those that `pick` lists or all. Components that the file lacks are 1 (alpha of
+    /// a colour). The list must be sorted, and its entries below the count.
     pub fn floats<const N: usize>(&self, elements: &Elements, pick: Option<&[u32]>) -> Outcome<Vec<[f32; N]>> {
         let count = pick.map_or(elements.layout.count, <[u32]>::len);
         self.charge(elements, count, size_of::<[f32; N]>())?;
@@ -298,8 +298,8 @@ impl Component {
 }
 
 impl<'a> Layout<'a> {
-    /// Finds the elements of `size` bytes from `offset` on in a view; returns how many bytes are missing for the last of
-    /// them. Then as many elements are left as there are whole, at least one.
+    /// Finds the elements of `size` bytes from `offset` on in a view; returns how many bytes are missing for the last
+    /// one. Then as many elements are left as there are whole, at least one.
     fn place(&mut self, view: &'a [u8], offset: u64, size: usize) -> Outcome<u64> {
         if self.stride < size {
             return Err(format!("a stride of {} bytes for elements of {size}", self.stride));

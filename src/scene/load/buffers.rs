@@ -100,6 +100,11 @@ impl<'a> Buffers<'a> {
         self.read.set(self.read.get().saturating_add(bytes as u64));
     }
 
+    /// Bytes that may still be made of what was read.
+    pub fn left(&self) -> u64 {
+        UNPACKED_BYTES.saturating_add(self.read.get().saturating_mul(UNPACKED_RATIO)).saturating_sub(self.made.get())
+    }
+
     /// Everything that was made is gone, but for unpacked views, which are kept within the same bounds.
     pub fn start_again(&self) {
         self.made.set(0);

@@ -12,10 +12,11 @@ use super::resolve::Folder;
 use super::{Limits, meshopt, variants};
 
 /// Extensions that are read.
-const SUPPORTED: [&str; 16] = [
+const SUPPORTED: [&str; 18] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -27,6 +28,7 @@ const SUPPORTED: [&str; 16] = [
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     // Only carries metadata: nothing to read.
     "KHR_xmp_json_ld",
@@ -50,6 +52,8 @@ pub(super) struct Document<'a> {
     pub buffers: Buffers<'a>,
     /// KHR_mesh_quantization is in use.
     pub quantized: bool,
+    /// KHR_draco_mesh_compression is required: there is nothing else to read.
+    pub needs_draco: bool,
     /// Names of the variants of materials.
     pub variants: Vec<String>,
 }
@@ -69,19 +73,19 @@ impl<'a> Document<'a> {
         let root = json::document(json).map_err(|e| format!("not JSON of glTF: {}", clip(&e.to_string())))?;
         let root = Part::new("the file".into(), root);
         check_version(&root, notes)?;
-        let quantized = check_extensions(&root, notes)?;
+        let declared = check_extensions(&root, notes)?;
         let animations = root.list("animations", notes).len();
         if animations > 0 {
             notes.note(format!("{animations} animation(s) ignored: the default pose is shown"));
         }
-        let document = Self::lists(&root, source, quantized, notes);
+        let document = Self::lists(&root, source, declared, notes);
         if document.nodes.len() as u64 > limits.nodes {
             return Err(format!("{} nodes, more than the limit of {}", document.nodes.len(), limits.nodes));
         }
         Ok(document)
     }
 
-    fn lists(root: &Part<'a>, source: Source<'a>, quantized: bool, notes: &mut Notes) -> Self {
+    fn lists(root: &Part<'a>, source: Source<'a>, declared: Declared, notes: &mut Notes) -> Self {
         let lights = root.extension("KHR_lights_punctual", notes);
         let none = Part::new(String::new(), json::Object::default());
         let mut list = |name, what| List::of(root, name, what, notes);
@@ -100,7 +104,8 @@ impl<'a> Document<'a> {
             scene: notes.or_fault(root.index("scene")).flatten(),
             buffers: Buffers::new(root, source, notes),
             variants: variants::names(root, notes),
-            quantized,
+            quantized: declared.quantized,
+            needs_draco: declared.needs_draco,
         }
     }
 
@@ -131,8 +136,14 @@ fn check_version(root: &Part, notes: &mut Notes) -> Outcome<()> {
     }
 }
 
-/// Refuses what cannot be shown without an extension that is not supported. True if meshes are quantized.
-fn check_extensions(root: &Part, notes: &mut Notes) -> Outcome<bool> {
+/// What the lists of extensions say about meshes.
+struct Declared {
+    quantized: bool,
+    needs_draco: bool,
+}
+
+/// Refuses what cannot be shown without an extension that is not supported.
+fn check_extensions(root: &Part, notes: &mut Notes) -> Outcome<Declared> {
     let [required, used] = ["extensionsRequired", "extensionsUsed"].map(|name| {
         let names = root.list(name, notes);
         names.into_iter().filter_map(json::text).collect::<Vec<_>>()
@@ -145,8 +156,11 @@ fn check_extensions(root: &Part, notes: &mut Notes) -> Outcome<bool> {
         notes.note(format!("extension {} is ignored", clip(name)));
     }
     let is_used = |name: &str| required.iter().chain(&used).any(|known| known == name);
-    // What is packed is filtered, which takes other types of components.
-    Ok(is_used("KHR_mesh_quantization") || meshopt::EXTENSIONS.into_iter().any(is_used))
+    Ok(Declared {
+        // What is packed is filtered, which takes other types of components.
+        quantized: is_used("KHR_mesh_quantization") || meshopt::EXTENSIONS.into_iter().any(is_used),
+        needs_draco: required.iter().any(|name| name == "KHR_draco_mesh_compression"),
+    })
 }
 
 /// Reads the document `text` and does something with it.

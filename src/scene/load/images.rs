@@ -11,6 +11,7 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::Limits;
 use super::document::Document;
+use super::ktx;
 use super::notes::{Notes, Outcome, clip};
 use super::resolve::Folder;
 use crate::scene::Image;
@@ -195,15 +196,20 @@ impl<'a> ImageSource<'a> {
 
     fn probe(&self, index: u32, bytes: &[u8]) -> Outcome<Probed> {
         let at = |cause: String| format!("image {index}: {cause}");
-        let decoder = open(bytes, self.limits).map_err(at)?;
-        let (width, height) = decoder.dimensions();
+        let (size, bytes, color) = if ktx::is_ktx(bytes) {
+            (ktx::size(bytes).map_err(at)?, 0, ColorType::Rgba8)
+        } else {
+            let decoder = open(bytes, self.limits).map_err(at)?;
+            (decoder.dimensions().into(), decoder.total_bytes(), decoder.color_type())
+        };
+        let [width, height] = size;
         let (texels, side) = (u64::from(width) * u64::from(height), self.limits.image_side);
         let most = self.limits.image_decode_bytes;
         if width == 0 || height == 0 || width.max(height) > side || texels * 4 > most {
             return Err(at(format!("{width} x {height} texels are out of bounds")));
         }
-        let is_plain = matches!(decoder.color_type(), ColorType::Rgb8 | ColorType::Rgba8);
-        Ok(Probed { index, size: [width, height], bytes: decoder.total_bytes(), is_plain, roles: Vec::new() })
+        let is_plain = matches!(color, ColorType::Rgb8 | ColorType::Rgba8);
+        Ok(Probed { index, size, bytes: if bytes == 0 { 4 * texels } else { bytes }, is_plain, roles: Vec::new() })
     }
 }
 
@@ -222,6 +228,9 @@ impl Probed {
 }
 
 fn native(bytes: &[u8], limits: &Limits) -> Outcome<DynamicImage> {
+    if ktx::is_ktx(bytes) {
+        return ktx::decode(bytes);
+    }
     DynamicImage::from_decoder(open(bytes, limits)?).map_err(|e| clip(&e.to_string()))
 }
 
@@ -229,7 +238,7 @@ fn native(bytes: &[u8], limits: &Limits) -> Outcome<DynamicImage> {
 fn open<'b>(bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
     let format = match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
-        _ => return Err("neither PNG, JPEG nor WebP".into()),
+        _ => return Err("neither PNG, JPEG, WebP nor KTX 2".into()),
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut bounds = image::Limits::default();

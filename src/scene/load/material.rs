@@ -243,7 +243,7 @@ impl UvTransform {
         }
     }
 
-    /// Translation * rotation * scale. The rotation is counter-clockwise as seen in the image, whose v axis points down.
+    /// Translation * rotation * scale. The rotation is counter-clockwise as seen in the image, whose v axis points down
     fn matrix(&self) -> [[f32; 3]; 2] {
         let (sin, cos) = self.rotation.sin_cos();
         let ([sx, sy], [ox, oy]) = (self.scale, self.offset);

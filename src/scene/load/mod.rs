@@ -13,9 +13,15 @@ mod buffers;
 mod container;
 mod deform;
 mod document;
+#[cfg(feature = "draco")]
+mod draco;
+#[cfg(not(feature = "draco"))]
+#[path = "draco_absent.rs"]
+mod draco;
 mod images;
 mod instancing;
 mod json;
+mod ktx;
 mod lights;
 mod material;
 mod mesh;

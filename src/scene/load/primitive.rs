@@ -3,6 +3,7 @@
 use super::accessor::{Elements, Reader, Use};
 use super::deform::Influence;
 use super::document::Document;
+use super::draco::Packed;
 use super::notes::{Notes, Outcome, clip};
 use super::part::Part;
 use crate::scene::world::Needed;
@@ -87,16 +88,45 @@ impl<'a> PrimitiveReader<'_, 'a> {
             return Ok(None);
         }
         let attributes = part.part("attributes", notes).ok_or("it has no attributes")?;
+        let mut primitive = match self.packed(part, notes)? {
+            Some(packed) => self.read_packed(&attributes, packed, notes)?,
+            None => self.read_plain(part, mode, &attributes, notes)?,
+        };
+        primitive.mesh.material = material;
+        primitive.targets = targets(part, notes);
+        Ok(Some(primitive))
+    }
+
+    /// What KHR_draco_mesh_compression holds of a primitive. Without it there are accessors, if the file allows for
+    /// readers that do not know the extension.
+    fn packed(&self, part: &Part<'a>, notes: &mut Notes) -> Outcome<Option<Packed<'a>>> {
+        let Some(extension) = part.extension("KHR_draco_mesh_compression", notes) else { return Ok(None) };
+        match Packed::of(self.document, &extension, notes) {
+            Err(cause) if !self.document.needs_draco => {
+                notes.fault(format!("{cause}; its plain accessors are read"));
+                Ok(None)
+            }
+            unpacked => unpacked.map(Some),
+        }
+    }
+
+    fn read_packed(&self, attributes: &Part, packed: Packed, notes: &mut Notes) -> Outcome<Primitive> {
+        let mut primitive = Primitive { count: packed.count(), ..Primitive::default() };
+        primitive.mesh.triangles = packed.triangles();
+        primitive.mesh.positions = packed.values("POSITION", false, 0.0)?.ok_or("it has no POSITION")?;
+        self.attributes(attributes, Some(&packed), &mut primitive, notes);
+        Ok(primitive)
+    }
+
+    fn read_plain(&self, part: &Part, mode: Mode, attributes: &Part, notes: &mut Notes) -> Outcome<Primitive> {
         let position = attributes.index("POSITION")?.ok_or("it has no POSITION")?;
         let positions = self.reader.open(position, Use::Position, notes)?;
         let mut primitive = Primitive { count: positions.count(), ..Primitive::default() };
         primitive.mesh.triangles = self.triangles(part, mode, positions.count(), notes)?;
-        primitive.mesh.material = material;
         primitive.drop_unused_vertices();
         primitive.mesh.positions = self.reader.floats(&positions, primitive.pick.as_deref())?;
-        self.attributes(&attributes, &mut primitive, notes);
-        primitive.targets = targets(part, notes);
-        Ok(Some(primitive))
+        self.attributes(attributes, None, &mut primitive, notes);
+        Ok(primitive)
     }
 
     /// The triangles whose vertices exist.
@@ -124,12 +154,12 @@ impl<'a> PrimitiveReader<'_, 'a> {
     }
 
     /// Everything but positions. What cannot be read is left out.
-    fn attributes(&self, attributes: &Part, primitive: &mut Primitive, notes: &mut Notes) {
+    fn attributes(&self, attributes: &Part, packed: Option<&Packed>, primitive: &mut Primitive, notes: &mut Notes) {
         for (name, _) in attributes.members().filter(|(name, _)| !is_known(name)) {
             notes.fault(format!("{}: the attribute {} is unknown; it is ignored", attributes.place, clip(name)));
         }
         let pick = primitive.pick.take();
-        let picked = Picked { attributes, pick: pick.as_deref(), count: primitive.count };
+        let picked = Picked { attributes, packed, pick: pick.as_deref(), count: primitive.count };
         let mesh = &mut primitive.mesh;
         mesh.normals = self.optional(&picked, "NORMAL", Use::Normal, notes);
         if self.needed.tangents {
@@ -163,28 +193,44 @@ impl<'a> PrimitiveReader<'_, 'a> {
 
     /// An attribute of the vertices in use, or nothing.
     fn optional<const N: usize>(&self, picked: &Picked, name: &str, role: Use, notes: &mut Notes) -> Vec<[f32; N]> {
-        let read = |accessor, notes: &mut Notes| {
+        let values = picked.attributes.index(name).and_then(|accessor| {
+            let Some(accessor) = accessor else { return Ok(Vec::new()) };
+            if let Some(values) = picked.unpacked(self.document, (name, accessor), role)? {
+                return Ok(values);
+            }
             let elements = self.reader.open(accessor, role, notes)?;
             picked.read(self.reader, &elements, role)
-        };
-        let values = match picked.attributes.index(name) {
-            Ok(None) => return Vec::new(),
-            Ok(Some(accessor)) => read(accessor, notes),
-            Err(cause) => Err(cause),
-        };
+        });
         let place = &picked.attributes.place;
-        notes.or_fault(values.map_err(|cause| format!("{place}: {name} is ignored: {cause}"))).unwrap_or_default()
+        notes
+            .or_fault(values.map_err(|cause: String| format!("{place}: {name} is ignored: {cause}")))
+            .unwrap_or_default()
     }
 }
 
 /// The attributes of a primitive and the vertices that are read of them.
 struct Picked<'p> {
     attributes: &'p Part<'p>,
+    packed: Option<&'p Packed<'p>>,
     pick: Option<&'p [u32]>,
     count: usize,
 }
 
 impl Picked<'_> {
+    /// An attribute that is stored packed.
+    fn unpacked<const N: usize>(
+        &self,
+        document: &Document,
+        (name, accessor): (&str, u32),
+        role: Use,
+    ) -> Outcome<Option<Vec<[f32; N]>>> {
+        let Some(packed) = self.packed else { return Ok(None) };
+        let accessor = document.accessors.part(accessor as usize);
+        let normalized = accessor.is_ok_and(|part| part.flag("normalized", &mut Notes::default()) == Some(true));
+        document.buffers.charge((self.count * size_of::<[f32; N]>()) as u64)?;
+        packed.values(name, normalized || matches!(role, Use::Color | Use::Weights), 1.0)
+    }
+
     fn read<const N: usize>(&self, reader: &Reader, elements: &Elements, role: Use) -> Outcome<Vec<[f32; N]>> {
         match elements.count() {
             count if count == self.count => reader.floats(elements, self.pick),

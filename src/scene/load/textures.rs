@@ -8,7 +8,7 @@ use super::part::Part;
 use crate::scene::{Material, Scene, Texture};
 
 /// Extensions that name another image for a texture, the first one wins; the texture's own is the fallback.
-const OTHER_IMAGES: [&str; 1] = ["EXT_texture_webp"];
+const OTHER_IMAGES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 
 /// Adds textures, given by index in the file and role, and their images to a scene whose materials refer to that list.
 pub(super) fn add(source: &ImageSource, used: &[UsedTexture], scene: &mut Scene, notes: &mut Notes) {
