@@ -14,7 +14,7 @@ use crate::support::proof;
 fn numbers(i: u32) -> (DVec3, DVec3, DVec2) {
     let at = |k: f64| (f64::from(i) * k + 0.31 * k).fract();
     let direction = |a: f64, b: f64| {
-        let (z, phi) = (0.03 + 0.97 * at(a), 6.28 * at(b));
+        let (z, phi) = (0.03 + 0.97 * at(a), std::f64::consts::TAU * at(b));
         DVec3::new((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z)
     };
     (direction(0.754_877, 0.569_84), direction(0.819_17, 0.671_04), DVec2::new(at(0.856_67), at(0.733_89)))
