@@ -18,6 +18,8 @@ const COSINES: usize = LOBE_COSINES as usize;
 const ROWS: usize = LOBE_ROUGHNESSES as usize;
 /// Facets for each entry: points of a Fibonacci lattice, and the number before in Fibonacci's sequence.
 const FACETS: [usize; 2] = [377, 233];
+/// The same for boundaries of glass, where total reflection begins at once.
+const BOUNDARY_FACETS: [usize; 2] = [987, 610];
 /// Between entries, interpolated scales are too large by up to half of a thousandth. This much less, lobes may lose a
 /// thousandth of the light, and gain none.
 const INTERPOLATED: f64 = 0.9995;
@@ -143,9 +145,8 @@ pub fn reflection(alpha: f64, cosine: Option<f64>) -> LobeEntry {
 }
 
 /// Facets seen at a cosine: the direction, and each with its share of what is seen.
-fn facets(cosine: f64, alpha: f64) -> (DVec3, impl Iterator<Item = (DVec3, f64)>) {
+fn facets(cosine: f64, alpha: f64, [count, generator]: [usize; 2]) -> (DVec3, impl Iterator<Item = (DVec3, f64)>) {
     let w = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-    let [count, generator] = FACETS;
     let facet = move |i: usize| {
         // Denser at the rim of the disc, from where light is reflected farthest.
         let from_rim = 1.0 - (i as f64 + 0.5) / count as f64;
@@ -200,7 +201,7 @@ fn mirror_row() -> Vec<LobeEntry> {
 fn rough_row(alpha: f64) -> Vec<LobeEntry> {
     let (mut all, mut edge) = (vec![vec![0.0; COSINES]; COSINES], vec![vec![0.0; COSINES]; COSINES]);
     for own in 0..COSINES {
-        let (w, facets) = facets(entry_cosine(own), alpha);
+        let (w, facets) = facets(entry_cosine(own), alpha, FACETS);
         for (h, share) in facets {
             let wi = 2.0 * w.dot(h) * h - w;
             if wi.z > 0.0 {
@@ -257,7 +258,7 @@ pub fn boundary_words(ior: f64) -> Vec<u32> {
 /// Albedo of single scattering for light from a cosine outside or inside.
 fn boundary_albedo(alpha: f64, ior: f64, (cosine, inside): (f64, bool)) -> f64 {
     let eta = if inside { ior } else { 1.0 / ior };
-    let (w, facets) = facets(cosine, alpha);
+    let (w, facets) = facets(cosine, alpha, BOUNDARY_FACETS);
     let of = |(h, share): (DVec3, f64)| {
         let cosine = w.dot(h);
         let reflectance = fresnel_dielectric(cosine, eta);

@@ -99,7 +99,8 @@ mod tests {
         assert!(of(&diffuse, &Variant::default()).words.is_empty());
         let smooth = of(&scene([Material::glass(1.5), Material::mirror()].into_iter()), &glossy);
         assert_eq!((smooth.words.len() as u32, &smooth.boundaries[..]), (Lobes::REFLECTION, &[0, 0][..]));
-        let twice = of(&scene([frosted(1.5), frosted(1.33), frosted(1.5)].into_iter()), &glossy);
+        let rougher = Material { roughness: 0.7, ..frosted(1.5) };
+        let twice = of(&scene([frosted(1.5), frosted(1.33), rougher].into_iter()), &glossy);
         let table = Lobes::REFLECTION / 2;
         assert_eq!(twice.words.len() as u32, Lobes::REFLECTION + 2 * table);
         assert_eq!(twice.boundaries, [Lobes::REFLECTION, Lobes::REFLECTION + table, Lobes::REFLECTION]);
