@@ -119,7 +119,7 @@ impl Blocks {
 
 /// A closed room of flat walls that emit and reflect 1/2, with a block in it: the radiance is 1 everywhere.
 fn furnace(albedo: f32) -> Scene {
-    let wall = Material { emissive: [1.0 - albedo; 3], ..Material::lambert([albedo; 3]) };
+    let wall = Material { emissive: [1.0 - albedo; 3], double_sided: false, ..Material::lambert([albedo; 3]) };
     let room = cuboid([-1.0, -0.7, -1.3], [1.0, 0.8, 1.1]).flipped();
     let inner = cuboid([-0.8, -0.65, -0.9], [-0.3, 0.1, -0.4]);
     let camera = Camera::look_at([0.6, 0.3, 0.7], [-0.5, -0.2, -0.6], [0.1, 1.0, 0.0], 1.6);

@@ -108,7 +108,7 @@ fn at_point(position: [f32; 3], forward: [f32; 3], up: [f32; 3]) -> Camera {
 /// flat: no direction is above one of two horizons and below the other.
 fn furnace(object: Option<Material>, albedo: f32, emissive: f32) -> Scene {
     let shell = Mesh::cuboid([-4.0; 3], [4.0; 3]).flipped();
-    let wall = Material { emissive: [emissive; 3], ..Material::lambert([albedo; 3]) };
+    let wall = Material { emissive: [emissive; 3], double_sided: false, ..Material::lambert([albedo; 3]) };
     let camera = Camera::look_at([0.0, 0.4, 3.0], [0.0; 3], [0.0, 1.0, 0.0], 0.5);
     let ball = object.map(|material| (Mesh::sphere([0.0; 3], 1.0, 48, 96), material));
     Scene::from_parts(std::iter::once((shell, wall)).chain(ball).collect(), vec![], camera)

@@ -62,7 +62,7 @@ fn blending_covers_its_share_of_light_and_view() {
 /// one that is there in part, whose inside is reached through what is missing.
 #[test]
 fn blended_white_vanishes_in_a_furnace() {
-    let wall = Material { emissive: [1.0; 3], ..Material::lambert([0.5; 3]) };
+    let wall = Material { emissive: [1.0; 3], double_sided: false, ..Material::lambert([0.5; 3]) };
     let camera = Camera::look_at([0.0, 0.4, 3.0], [0.0; 3], [0.0, 1.0, 0.0], 0.5);
     let ball = partly(Material::lambert([1.0; 3]), 0.4);
     let shell = Mesh::sphere([0.0; 3], 4.0, 12, 24).flipped();

@@ -48,7 +48,7 @@ const SHELL: f32 = 4.0;
 /// A closed shell that emits 1 inwards and reflects `albedo`, with an object in its middle that fills the view.
 fn furnace(object: Option<(Mesh, Material)>, albedo: f32, yfov: f32) -> Scene {
     let shell = Mesh::sphere([0.0; 3], SHELL, 16, 32).flipped();
-    let wall = Material { emissive: [1.0; 3], ..Material::lambert([albedo; 3]) };
+    let wall = Material { emissive: [1.0; 3], double_sided: false, ..Material::lambert([albedo; 3]) };
     let camera = Camera::look_at([0.0, 0.4, 3.0], [0.0; 3], [0.0, 1.0, 0.0], yfov);
     let parts = std::iter::once((shell, wall)).chain(object).collect();
     Scene::from_parts(parts, vec![], camera)
