@@ -281,7 +281,8 @@ fn lowest(points: &[(f64, f64)]) -> f64 {
     middle - b / (2.0 * c)
 }
 
-/// A dish sends the sun to a plate just short of its focus; a weak light from the side lights the plate around the spot.
+/// A dish sends the sun to a plate just short of its focus; a weak light from the side lights the plate around the
+/// spot.
 fn bright_caustic(lab: &mut Lab) -> Result<()> {
     const SIDE: usize = 64;
     let (focus, rim, ratio) = (1.0f64, 0.4, 1e6);

@@ -125,9 +125,11 @@ pub fn markdown(outcomes: &[Outcome], machine: &str, folder: &str) -> String {
     let mut page = vec![
         "# Stiff and extreme cases".into(),
         String::new(),
-        "`nephroid check` runs these cases on a device, and made this page. Every expected value is an analytic one, a sum".into(),
-        "in double precision, or another way to the same picture; *reason* says which, and where the tolerance comes from.".into(),
-        "A *known gap* is a limit of the renderer: the number is shown as it is, and the tolerance stays what it should be.".into(),
+        "`nephroid check` runs these cases on a device, and made this page. Every expected value is an analytic one, \
+         a sum in double precision, or another way to the same picture; *reason* says which, and where the tolerance \
+         comes from. A *known gap* is a limit of the renderer: the number is shown as it is, and the tolerance stays \
+         what it should be."
+            .into(),
         String::new(),
         format!(
             "{machine}: {} cases in {seconds:.0} s, {} passed, {} with known gaps, {} failed.",

@@ -2,8 +2,8 @@
 //!
 //! Every photon keeps what was taken of it on its way and how its way ended (glsl/kernels/photon/photon_bounce.comp).
 //! One dispatch after the emission and one after the last bounce sum this over all photons; nothing is counted at the
-//! bounces. A photon that is lost on its way (dropped from a list, overwritten by another) ends nowhere, and so what was
-//! emitted is not accounted for.
+//! bounces. A photon that is lost on its way (dropped from a list, overwritten by another) ends nowhere, and so what
+//! was emitted is not accounted for.
 
 use super::generated::{PhotonCut, PhotonCutBindings, PhotonEnergy, PhotonEnergyBindings, PhotonEnergyParams};
 pub use crate::constants::ENERGIES;

@@ -109,7 +109,7 @@ fn info_names_what_a_diffuse_scene_leaves_out() {
     let savings = facts["savings"].as_array().expect("a list");
     let saving = |name: &str| savings.iter().find(|saving| saving["name"] == name).expect(name);
     let caustic = saving("caustic photons");
-    assert!(caustic["passes"].as_u64() > Some(100) && caustic["bytes"].as_u64() > Some(0), "{caustic}");
+    assert!(caustic["passes"].as_u64() > Some(100), "{caustic}");
     assert_eq!(caustic["kernels"], serde_json::json!(["photon_bounce", "photon_emit"]));
     for name in ["glass", "textures", "environment light"] {
         assert!(!saving(name)["kernels"].as_array().expect("a list").is_empty(), "{name}");

@@ -594,10 +594,4 @@ proptest::proptest! {
             assert!(map.radiance.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
         }
     }
-
-    #[test]
-    fn cut_files_never_panic(at in any::<prop::sample::Index>()) {
-        let bytes = rich();
-        survives(&bytes[..at.index(bytes.len())]);
-    }
 }

@@ -123,8 +123,8 @@ impl Boundary {
         if inside { self.ior * self.ior } else { 1.0 }
     }
 
-    /// Lobe of the light that meets more than one facet, from a cosine on one side to one on the other or the same, with
-    /// the cosine of the latter left out: times pi, a share of the flux.
+    /// Lobe of the light that meets more than one facet, from a cosine on one side to one on the other or the same,
+    /// with the cosine of the latter left out: times pi, a share of the flux.
     pub fn again(&self, (own, from_inside): (f64, bool), (other, to_inside): (f64, bool)) -> f64 {
         let all = |inside| self.side(inside) * self.missing(None, inside);
         self.missing(Some(own), from_inside) * self.missing(Some(other), to_inside) * self.side(to_inside)

@@ -13,8 +13,8 @@ fn direction(degrees: f64) -> DVec3 {
     DVec3::new(sine, 0.0, cosine)
 }
 
-/// Mean over the square by a Fibonacci lattice of its own on either side of `cut`, denser where the first number is near
-/// 1; not the lattice of the tables.
+/// Mean over the square by a Fibonacci lattice of its own on either side of `cut`, denser where the first number is
+/// near 1; not the lattice of the tables.
 fn mean_over_square(cut: f64, f: impl Fn(DVec2) -> f64) -> f64 {
     const LATTICE: [u32; 2] = [1597, 987];
     let [count, generator] = LATTICE;

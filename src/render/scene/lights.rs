@@ -1,7 +1,7 @@
 //! The light table: every emitter with the probability of being chosen.
 //!
-//! Most of it is proportional to power. A part is shared alike by all lights, where the triangles of one emission are one
-//! light, so that a weak light is found where no strong one shines: without it a lamp of 1e-8 of the power would be
+//! Most of it is proportional to power. A part is shared alike by all lights, where the triangles of one emission are
+//! one light, so that a weak light is found where no strong one shines: without it a lamp of 1e-8 of the power would be
 //! chosen once in 1e8 samples.
 //!
 //! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend

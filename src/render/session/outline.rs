@@ -251,8 +251,8 @@ mod tests {
         let of = |name: &str| diffuse.left_out.iter().find(|s| s.name == name).expect("left out");
         let caustic = of("caustic photons");
         assert_eq!((caustic.pipelines, caustic.kernels.as_slice()), (2, ["photon_bounce", "photon_emit"].as_slice()));
-        // Emission and 24 bounces of it.
-        assert!(caustic.passes > 24 && caustic.bytes > 0, "{caustic:?}");
+        // Emission and 24 bounces of it. Their memory is that of the global photons, which come after.
+        assert!(caustic.passes > 24, "{caustic:?}");
         assert!(of("mirrors and glossy surfaces").passes > 24, "eye paths go on");
         assert!(of("textures").kernels.contains(&"eye_shade"));
         assert_eq!(of("textures").bytes, 2 * 16, "texture coordinates of two triangles");
