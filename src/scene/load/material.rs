@@ -11,8 +11,8 @@ use crate::scene::{Alpha, Material, TextureRef, Wrap};
 
 /// Largest index of refraction that is read.
 const MAX_IOR: f32 = 100.0;
-/// In place of an index of 0, for which the Fresnel term is always 1 (KHR_materials_ior): in single precision a boundary
-/// of this index reflects everything, and its square is far from overflow.
+/// In place of an index of 0, for which the Fresnel term is always 1 (KHR_materials_ior): in single precision a
+/// boundary of this index reflects everything, and its square is far from overflow.
 const MIRROR_IOR: f32 = 1e9;
 /// Least transmission colour of a volume: -ln of it is the largest optical depth at the attenuation distance.
 const DARKEST_ATTENUATION: f32 = 1e-6;
