@@ -199,7 +199,7 @@ impl fmt::Display for Error {
         match self {
             Self::Usage(what) => write!(f, "{what}"),
             Self::Setting { settings, cause } => write!(f, "{}: {cause}", settings.join(" and ")),
-            Self::Scene { path, what } => write!(f, "{}: {what}", shown(path)),
+            Self::Scene { path, what } => write!(f, "{}: {}", shown(path), escaped(what)),
             Self::Io { path, action, source } => write!(f, "{}: cannot {action}: {source}", shown(path)),
             Self::NoDevice(what) => write!(f, "no usable Vulkan device: {what}"),
             Self::MissingFeature { device, feature, .. } => write!(f, "device '{device}' lacks {feature}"),

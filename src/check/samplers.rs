@@ -13,6 +13,7 @@ use super::{Case, Within};
 use crate::error::Result;
 use crate::kernels::gather::reference::oct_decode;
 use crate::kernels::generated::Photon;
+use crate::kernels::lobes::table;
 use crate::render::Settings;
 use crate::scene::shapes::Mesh;
 use crate::scene::{Camera, Environment, Light, Material, Scene};
@@ -253,20 +254,23 @@ fn of_surfaces(lab: &mut Lab, count: u32) -> Result<()> {
 }
 
 /// Part of the light from straight above that a GGX surface sends into polar angles below that of `cosine`. All normals
-/// are visible as they are, and tan^2 of half the angle is distributed as t / (t + alpha^2); what is masked on its way
-/// out, or would go into the surface, is lost.
+/// are visible as they are, and tan^2 of half the angle is distributed as t / (t + alpha^2). A photon goes on with a
+/// chance of at most 1: the part that is not masked on its way out, times the scales of the lobe for light that is
+/// scattered again, whose table has tests of its own.
 fn reflected_below(alpha: f64, cosine: f64) -> f64 {
     let a2 = alpha * alpha;
-    let unmasked = |tan2_half: f64| {
+    let scale = |cosine: f64| table::reflection(alpha, Some(cosine)).scale;
+    let head_on = scale(1.0);
+    let chance = |tan2_half: f64| {
         let c = (1.0 - tan2_half) / (1.0 + tan2_half);
         let lambda = 0.5 * ((1.0 + a2 * (1.0 - c * c) / (c * c)).sqrt() - 1.0);
-        1.0 / (1.0 + lambda)
+        (head_on * scale(c.max(0.0)) / (1.0 + lambda)).min(1.0)
     };
     // Midpoints in the distribution of the normals.
     let reached = |tan2: f64| {
         let most = tan2 / (tan2 + a2);
         let at = |k: u32| (f64::from(k) + 0.5) / 200.0 * most;
-        let sum: f64 = (0..200).map(|k| unmasked(a2 * at(k) / (1.0 - at(k)))).sum();
+        let sum: f64 = (0..200).map(|k| chance(a2 * at(k) / (1.0 - at(k)))).sum();
         sum / 200.0 * most
     };
     reached((1.0 - cosine) / (1.0 + cosine)) / reached(1.0)
