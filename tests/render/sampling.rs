@@ -210,7 +210,7 @@ fn images_smaller_than_a_block() {
         // deviation, sqrt((k^2 - 1) / 90)) where there is a single pixel.
         let passes = if width * height < 8 { 24 } else { 6 };
         let mean = |sampling| {
-            let settings = Settings { sampling, ..settings(width, height, 30_000) };
+            let settings = Settings { sampling, ..settings(width, height, 60_000) };
             Shot::take(&scene, &settings, 0..passes).mean("caustic")
         };
         let full = mean(Sampling::Full);
