@@ -30,8 +30,8 @@ struct Ways {
 };
 
 // Light that meets more than one facet of a rough boundary leaves it to both sides, in directions that are as likely
-// as light from there is to meet more than one facet (Kulla and Conty 2017, extended to two sides). Radiance inside counts
-// with the square of the index, which makes the lobe reciprocal.
+// as light from there is to meet more than one facet (Kulla and Conty 2017, extended to two sides). Radiance inside
+// counts with the square of the index, which makes the lobe reciprocal.
 Ways ways_again(Surface s, vec2 u) {
     vec2 mean = (1.0 - boundary_mean(s.boundary, s.alpha)) * vec2(1.0, s.ior * s.ior);
     vec3 local = cosine_hemisphere(u);
