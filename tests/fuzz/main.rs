@@ -117,9 +117,24 @@ fn keep(path: &Path, target: &Target) -> String {
     kept.display().to_string()
 }
 
+/// The harness notices a reader that panics, one that takes too much memory, and one that answers in two lines.
+fn faulty_readers_are_found() {
+    let target = |read| Target { name: "faulty", extension: "txt", corpus: Corpus::of("a", b"a".to_vec()), read };
+    let path = std::env::temp_dir();
+    assert!(try_one(&target(|_| panic!("on purpose")), &path, 1).is_err());
+    assert!(try_one(&target(|_| Err("two\nlines".into())), &path, 1).is_err());
+    assert_eq!(try_one(&target(|_| Err("a sentence".into())), &path, 1), Ok(false));
+    let greedy = target(|_| {
+        let bytes = vec![1_u8; 300 << 20];
+        if bytes[bytes.len() / 2] == 1 { Ok(()) } else { Err("no".into()) }
+    });
+    assert!(try_one(&greedy, &path, 1).is_err());
+}
+
 /// One test, so that nothing else allocates while it counts.
 #[test]
 fn damaged_files_are_read_or_refused() {
+    faulty_readers_are_found();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (seconds, seed) = (number("NEPHROID_FUZZ_SECONDS", 6) as f64, number("NEPHROID_FUZZ_SEED", 1));
     let targets = targets();
@@ -136,24 +151,4 @@ fn damaged_files_are_read_or_refused() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
-}
-
-/// The harness notices a reader that panics, one that takes too much memory, and one that answers in two lines.
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn faulty_readers_are_found() {
-        let target = |read| Target { name: "faulty", extension: "txt", corpus: Corpus::of("a", b"a".to_vec()), read };
-        let path = std::env::temp_dir();
-        assert!(try_one(&target(|_| panic!("on purpose")), &path, 1).is_err());
-        assert!(try_one(&target(|_| Err("two\nlines".into())), &path, 1).is_err());
-        assert_eq!(try_one(&target(|_| Err("a sentence".into())), &path, 1), Ok(false));
-        let greedy = target(|_| {
-            let bytes = vec![1_u8; 300 << 20];
-            if bytes[bytes.len() / 2] == 1 { Ok(()) } else { Err("no".into()) }
-        });
-        assert!(try_one(&greedy, &path, 1).is_err());
-    }
 }
