@@ -114,7 +114,7 @@ pub struct Totals {
     pub counters: BTreeMap<String, u64>,
     /// What the estimator built, by name.
     pub structure: BTreeMap<String, u64>,
-    /// Where the light of each class of photons went [W], by class and entry; empty in films of older programs.
+    /// Where the light of each class of photons went in watts, by class and entry; empty in films of older programs.
     #[serde(default)]
     pub energies: BTreeMap<String, f64>,
 }
