@@ -223,6 +223,7 @@ impl fmt::Display for Error {
 }
 
 /// Lines of text as they can be printed: as [`escaped`], but lines stay lines.
+#[cfg(feature = "cli")]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(|c| is_plain(c) || matches!(c, '\n' | '\t')) {
         return Cow::Borrowed(text);

@@ -101,6 +101,7 @@ impl<'a> Buffers<'a> {
     }
 
     /// Bytes that may still be made of what was read.
+    #[cfg(feature = "draco")]
     pub fn left(&self) -> u64 {
         UNPACKED_BYTES.saturating_add(self.read.get().saturating_mul(UNPACKED_RATIO)).saturating_sub(self.made.get())
     }
