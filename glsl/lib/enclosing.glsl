@@ -16,7 +16,7 @@ uint enclosing_medium(vec3 p) {
         BvhTriangle t = triangles[hit.triangle];
         vec3 e1 = t.v1.xyz - t.v0.xyz, e2 = t.v2.xyz - t.v0.xyz;
         uint material = floatBitsToUint(t.v2.w);
-        if ((materials[material].flags & MATERIAL_VOLUME) != 0u) {
+        if ((materials[material].flags & (MATERIAL_VOLUME | MATERIAL_BLEND)) == MATERIAL_VOLUME) {
             bool enters = dot(triangle_normal(e1, e2), UPWARDS) < 0.0;
             if (!enters && entered == 0u) return path_medium(material);
             entered += enters ? 1u : 0xffffffffu;

@@ -20,7 +20,7 @@ vec3 light_through_holes(vec3 origin, vec3 target, uint medium, bool far) {
         vec3 e1 = t.v1.xyz - t.v0.xyz, e2 = t.v2.xyz - t.v0.xyz;
         origin = offset_point(triangle_point(t.v0.xyz, e1, e2, hit.barycentrics), e1, e2, along);
         uint material = floatBitsToUint(t.v2.w);
-        bool boundary = (materials[material].flags & MATERIAL_VOLUME) != 0u;
+        bool boundary = (materials[material].flags & (MATERIAL_VOLUME | MATERIAL_BLEND)) == MATERIAL_VOLUME;
         bool leaves = boundary && dot(triangle_normal(e1, e2), along) > 0.0;
         light *= transmittance(leaves ? material + 1u : medium, hit.t * length(along));
         if (leaves) {
@@ -30,6 +30,7 @@ vec3 light_through_holes(vec3 origin, vec3 target, uint medium, bool far) {
         } else if (boundary) {
             medium = path_medium(material);
         }
+        coverage_medium = medium;
     }
     return vec3(0.0);
 }
@@ -37,6 +38,8 @@ vec3 light_through_holes(vec3 origin, vec3 target, uint medium, bool far) {
 // Share of the light that is left of it on the way between two points, of which the first is in `medium`. Light from
 // `far` is not absorbed: a boundary would stand between.
 vec3 light_between(vec3 origin, vec3 target, uint medium, bool far) {
+    coverage_along = target - origin;
+    coverage_medium = medium;
     if (ABSORPTION && ALPHA_MASK) return light_through_holes(origin, target, medium, far);
     vec3 along = target - origin;
     if (trace_any(origin, along, 1.0)) return vec3(0.0);

@@ -77,8 +77,19 @@ float coverage_at(uint triangle, vec2 barycentrics) {
 // Names the ray that is traced, in the choices whether it meets what is there in part.
 uint coverage_key = 0u;
 
-// Whether the ray meets the triangle at this point: by chance, with the share that is there.
+vec3 coverage_along = vec3(0.0); // direction of the ray
+uint coverage_medium = 0u;       // around it, as a path has it
+
+// Whether the ray meets the triangle at this point: by chance, with the share that is there. It leaves a blended body
+// as it came in (share_met in lib/medium.glsl).
 bool is_covered(uint triangle, vec2 barycentrics) {
+    BvhTriangle t = triangles[triangle];
+    uint material = floatBitsToUint(t.v2.w);
+    const uint BOTH = MATERIAL_VOLUME | MATERIAL_BLEND;
+    if (GLASS && (materials[material].flags & BOTH) == BOTH) {
+        vec3 normal = triangle_normal(t.v1.xyz - t.v0.xyz, t.v2.xyz - t.v0.xyz);
+        if (dot(normal, coverage_along) > 0.0) return coverage_medium == material + 1u;
+    }
     float share = coverage_at(triangle, barycentrics);
     return share >= 1.0 || unit_float(hash2(coverage_key, triangle)) < share;
 }

@@ -63,7 +63,7 @@ fn emission_is_absorbed_on_all_of_its_way() {
 /// that all of the surface is.
 #[test]
 fn holes_let_light_into_a_body_and_not_past_it() {
-    let cut = Material { base_color: [1.0, 1.0, 1.0, 0.0], alpha: Alpha::Blend, ..absorbing(0.3) };
+    let cut = Material { base_color: [1.0, 1.0, 1.0, 0.0], alpha: Alpha::Mask(0.5), ..absorbing(0.3) };
     let inner = Material { base_color: [1.0, 1.0, 1.0, 0.0], alpha: Alpha::Mask(0.5), ..Material::glass(1.0) };
     let parts = vec![floor(Material::lambert([0.8; 3])), body([-1.0, 3.0], cut), body([0.5, 1.5], inner)];
     let sun = Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [std::f32::consts::PI; 3] };

@@ -118,7 +118,7 @@ void main() {
     at.hit = eye_hits[slot];
     at.s = surface_of(at.hit, at.to_eye, at.through);
     at.depth = depth;
-    at.medium = ABSORPTION ? states[slot] & PATH_MEDIUM_MASK : 0u;
+    at.medium = ABSORPTION || (ALPHA_MASK && GLASS) ? states[slot] & PATH_MEDIUM_MASK : 0u;
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ SALT_DIRECT_LIGHT);
     if (PATH) key = hash2(key, depth);
     vec3 sum = vec3(0.0);

@@ -172,7 +172,7 @@ void pass_hole(EyePath path, Surface s, float t) {
         return;
     }
     float density = rays[2u * path.slot + 1u].w, distance = rays[2u * path.slot].w + t;
-    uint medium = medium_behind(s, path.state & PATH_MEDIUM_MASK);
+    uint medium = medium_past(s, path.state & PATH_MEDIUM_MASK);
     Child same = Child(path.direction, vec3(1.0), 1.0, medium, false);
     emit_child(path, 0u, path.slot, path.slots, same, s);
     if (PATH) {
@@ -282,7 +282,7 @@ void main() {
         states[slot] = path.state; // light samples at the hit are in this medium, too
         path.through *= transmittance(medium, hit.t);
     }
-    if (ALPHA_MASK && !is_met(path, s.opacity)) {
+    if (ALPHA_MASK && !is_met(path, share_met(s, path.state & PATH_MEDIUM_MASK))) {
         pass_hole(path, s, hit.t);
         return;
     }

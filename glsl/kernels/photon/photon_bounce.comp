@@ -285,7 +285,7 @@ Event scatter(Arrival a, uint seed, inout Differential f) {
 Event pass_hole(Arrival a, float t, inout Differential f) {
     f.dp_u += t * f.dd_u;
     f.dp_v += t * f.dd_v;
-    uint medium = medium_behind(a.s, a.state & PATH_MEDIUM_MASK);
+    uint medium = medium_past(a.s, a.state & PATH_MEDIUM_MASK);
     uint state = (a.state & ~PATH_MEDIUM_MASK) | medium;
     return Event(a.d, vec3(1.0), 1.0 - a.s.opacity, state, INFINITY);
 }
@@ -358,6 +358,7 @@ void main() {
     if (FOOTPRINT != FOOTPRINT_NONE) f = differentials[slot];
     if (ABSORPTION) absorb(s, hit.t, state, photon_flux.rgb, absorbed);
     uint medium = state & PATH_MEDIUM_MASK;
+    if (ALPHA_MASK) s.opacity = share_met(s, medium);
     Differential landed = f;
     if (FOOTPRINT != FOOTPRINT_NONE) transfer(landed, d, s.geometric, hit.t);
     bool kind = CAUSTIC ? (state & PATH_SPECULAR) != 0u : (state & PATH_DIFFUSE) != 0u;
