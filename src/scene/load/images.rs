@@ -208,7 +208,7 @@ impl<'a> ImageSource<'a> {
         if width == 0 || height == 0 || width.max(height) > side || texels * 4 > most {
             return Err(at(format!("{width} x {height} texels are out of bounds")));
         }
-        let is_plain = matches!(color, ColorType::Rgb8 | ColorType::Rgba8);
+        let is_plain = matches!(color, ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
         Ok(Probed { index, size, bytes: if bytes == 0 { 4 * texels } else { bytes }, is_plain, roles: Vec::new() })
     }
 }
@@ -261,6 +261,14 @@ fn whole(image: DynamicImage) -> Image {
 fn halve_native(image: &DynamicImage, role: Role) -> Image {
     let size = [image.width(), image.height()];
     match image {
+        DynamicImage::ImageLuma8(gray) => {
+            let bytes = gray.as_raw();
+            halved(size, role, |at| [bytes[at], bytes[at], bytes[at], 255])
+        }
+        DynamicImage::ImageLumaA8(gray) => {
+            let bytes = gray.as_raw();
+            halved(size, role, |at| [bytes[2 * at], bytes[2 * at], bytes[2 * at], bytes[2 * at + 1]])
+        }
         DynamicImage::ImageRgb8(rgb) => {
             let bytes = rgb.as_raw();
             halved(size, role, |at| [bytes[3 * at], bytes[3 * at + 1], bytes[3 * at + 2], 255])
@@ -406,6 +414,11 @@ mod tests {
             [rgba.clone(), DynamicImage::ImageRgb8(rgba.to_rgb8()), DynamicImage::ImageRgba16(rgba.to_rgba16())]
         {
             assert_eq!(halve_native(&other, Role::Color), expected);
+        }
+        let gray = image::GrayAlphaImage::from_fn(5, 4, |x, y| image::LumaA([(40 * x) as u8, (60 * y) as u8]));
+        let gray = DynamicImage::ImageLumaA8(gray);
+        for gray in [DynamicImage::ImageLuma8(gray.to_luma8()), gray] {
+            assert_eq!(halve_native(&gray, Role::Data), halve(&whole(gray.clone()), Role::Data));
         }
     }
 }
