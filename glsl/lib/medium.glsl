@@ -1,8 +1,9 @@
 // Media that surfaces enclose. Include lib/bsdf.glsl and shared/photon.glsl before.
 //
-// A body fills what its surface encloses, holes or not. Of a body with alpha blending a share is there: a path that goes
-// in past its surface does not meet it on the way out, and is never in its medium. A path knows the medium around it: what it went into last.
-// Where it comes out of a body, and where it begins, it does not know: there trace_medium.comp looks.
+// A body fills what its surface encloses, holes or not. Of a body with alpha blending a share is there: a path that
+// goes in past its surface does not meet it on the way out, and is never in its medium. A path knows the medium around
+// it: what it went into last. Where it comes out of a body, and where it begins, it does not know: there
+// trace_medium.comp looks.
 
 // Whether the surface is the back of a volume's boundary: it was reached from inside of the volume, whatever a path
 // knows of its past.

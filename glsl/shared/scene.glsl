@@ -83,7 +83,7 @@ struct Globals {
     uint environment_width; // 0: no environment
     uint environment_height;
     float environment_probability; // of choosing the environment as a light
-    float footprint_unit; // > 0: the radius, or less where few corners lie far beyond all others
+    float footprint_unit; // > 0: limits footprints; the radius, or less where the view shows less of the scene
     float reserved1;
     float reserved2;
 };

@@ -22,8 +22,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         number: 20,
         title: "white furnace and reciprocity of every lobe",
-        reason: "albedo at most 1, three deviations of its mean are below 1e-3; both ways by shadow rays, exact but for \
-                 rounding",
+        reason: "albedo at most 1, three deviations of its mean are below 1e-3; both ways by shadow rays, exact but \
+                 for rounding",
         parameter: Some("degrees from the normal"),
         run: furnaces,
     },

@@ -20,8 +20,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         number: 40,
         title: "no triangles, no lights, no photons; thin pictures; a camera inside glass",
-        reason: "black or the background, exactly; n^2 inside glass in a sky of 1, as radiance over the squared index is \
-                 constant along a ray",
+        reason: "black or the background, exactly; n^2 inside glass in a sky of 1, as radiance over the squared index \
+                 is constant along a ray",
         parameter: None,
         run: empty,
     },

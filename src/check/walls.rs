@@ -12,7 +12,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         number: 37,
         title: "thin wall lit from one side",
-        reason: "what reaches the other side is light that footprints carry through the wall: folds keep 98 % of it back",
+        reason: "light on the other side is what footprints carry through the wall: folds keep 98 % of it back",
         parameter: None,
         run: wall,
     },

@@ -7,7 +7,8 @@ use indicatif::ProgressBar;
 
 use crate::error::{Error, Result, printable};
 
-/// Prints to standard output, without what a terminal would obey. A reader that closed the pipe early (`nephroid info | head`) has what it wanted.
+/// Prints to standard output, without what a terminal would obey. A reader that closed the pipe early (`nephroid info |
+/// head`) has what it wanted.
 pub(super) fn print(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match writeln!(stdout, "{}", printable(text.trim_end())).and_then(|()| stdout.flush()) {

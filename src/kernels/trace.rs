@@ -66,7 +66,7 @@ pub fn reference(bounds: &Aabb, triangles: &[BvhTriangle], ray: &Ray) -> RayHit 
     let mut best = Best::new(ray);
     if bounds.min[0] <= bounds.max[0] {
         let frame = Frame::new(xyz(ray.origin), xyz(ray.direction), bounds);
-        (0..triangles.len()).for_each(|index| best.test(&frame, triangles, index as u32));
+        (0..).zip(triangles).for_each(|(index, triangle)| best.test(&frame, corners_and_id(triangle), index));
     }
     best.hit
 }
@@ -83,6 +83,12 @@ pub fn scene_bounds(nodes: &[BvhNode]) -> Aabb {
 
 /// Closest hit through the tree, on the host: for tests, and for the few rays that are not worth a dispatch.
 pub fn traverse(nodes: &[BvhNode], triangles: &[BvhTriangle], ray: &Ray) -> RayHit {
+    traverse_by(nodes, |index| corners_and_id(&triangles[index as usize]), ray)
+}
+
+/// The same over triangles that are not packed: `triangle` gives the corners of the one at a place in leaf order, and
+/// its original id.
+pub fn traverse_by(nodes: &[BvhNode], triangle: impl Fn(u32) -> ([[f32; 3]; 3], u32), ray: &Ray) -> RayHit {
     let mut best = Best::new(ray);
     let bounds = scene_bounds(nodes);
     if bounds.min[0] > bounds.max[0] {
@@ -97,7 +103,7 @@ pub fn traverse(nodes: &[BvhNode], triangles: &[BvhTriangle], ray: &Ray) -> RayH
         if reference & LEAF != 0 {
             let first = reference & FIRST_MASK;
             let count = (reference & !LEAF) / COUNT_ONE + 1;
-            (first..first + count).for_each(|index| best.test(&frame, triangles, index));
+            (first..first + count).for_each(|index| best.test(&frame, triangle(index), index));
             continue;
         }
         let node = &nodes[reference as usize];
@@ -112,6 +118,10 @@ pub fn traverse(nodes: &[BvhNode], triangles: &[BvhTriangle], ray: &Ray) -> RayH
     best.hit
 }
 
+fn corners_and_id(triangle: &BvhTriangle) -> ([[f32; 3]; 3], u32) {
+    ([xyz(triangle.v0), xyz(triangle.v1), xyz(triangle.v2)], triangle.v0[3].to_bits())
+}
+
 /// The best hit so far.
 struct Best {
     hit: RayHit,
@@ -123,10 +133,7 @@ impl Best {
         Self { hit: RayHit { t: ray.origin[3], b1: 0.0, b2: 0.0, triangle: MISS }, id: MISS }
     }
 
-    fn test(&mut self, frame: &Frame, triangles: &[BvhTriangle], index: u32) {
-        let triangle = &triangles[index as usize];
-        let id = triangle.v0[3].to_bits();
-        let corners = [xyz(triangle.v0), xyz(triangle.v1), xyz(triangle.v2)];
+    fn test(&mut self, frame: &Frame, (corners, id): ([[f32; 3]; 3], u32), index: u32) {
         if let Some((t, [b1, b2])) = frame.intersect(corners)
             && (t < self.hit.t || (t == self.hit.t && id < self.id))
         {

@@ -240,7 +240,8 @@ mod tests {
             std::fs::write(&path, text).expect("written");
             read_peers(&path, &["ring"])
         };
-        let good = "relmse_trimmed,scene,renderer,method,seconds,relmse,mse\n1e-3,ring,pbrt,sppm,3.5,2e-3,9\n\n1,pool,x,y,z,,\n";
+        let head = "relmse_trimmed,scene,renderer,method,seconds,relmse,mse";
+        let good = &format!("{head}\n1e-3,ring,pbrt,sppm,3.5,2e-3,9\n\n1,pool,x,y,z,,\n");
         let expected =
             Peer { scene: "ring".into(), name: "pbrt sppm".into(), seconds: 3.5, relmse: 2e-3, relmse_trimmed: 1e-3 };
         assert_eq!(read(good).expect("good"), [expected]);

@@ -16,7 +16,7 @@ use nephroid::low_level::kernels::generated::{
 use nephroid::low_level::vk::Feature;
 
 use crate::compiled::Compiled;
-use crate::support::device::{open, runtime};
+use crate::support::device::{alone, open, runtime};
 use crate::support::fake::Wires;
 use crate::support::proof;
 
@@ -251,6 +251,7 @@ fn counts_and_squares_of_the_device_are_obeyed() {
 #[test]
 fn a_missing_barrier_is_caught() {
     let (splats, colours) = splats(100, EXTENT);
+    let _alone = alone();
     let device = Runtime::new(open());
     let (plan, _) = mixed(Amplify::Vertex, (&splats, &colours), 100);
     assert_eq!(plan.phases(), 4, "{}", plan.dump());

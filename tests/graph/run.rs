@@ -11,7 +11,7 @@ use nephroid::low_level::graph::{
 use nephroid::{Error, MemoryCause};
 
 use crate::compiled::Compiled;
-use crate::support::device::{open, runtime};
+use crate::support::device::{alone, open, runtime};
 use crate::support::fake::Wires;
 
 /// Compiles `body`; its parameters are the first item, the item count and a word to add. It runs for item `i` of
@@ -208,6 +208,7 @@ fn poison_shows_reads_of_unwritten_memory() {
 
 #[test]
 fn a_missing_barrier_is_caught() {
+    let _alone = alone();
     let runtime = Runtime::new(open());
     let (mut plan, ..) = chain(3, 1000);
     runtime.prepare(&plan).unwrap().run().unwrap();

@@ -28,6 +28,7 @@ fn numbers() -> impl Iterator<Item = u64> {
 
 #[test]
 fn every_allocation_may_fail() {
+    let _alone = device::alone();
     let device = device::open();
     let expected = render(&device).expect("no fault");
     let before = device.memory().current;
@@ -52,6 +53,7 @@ fn every_allocation_may_fail() {
 
 #[test]
 fn the_device_may_be_lost_at_any_time() {
+    let _alone = device::alone();
     for step in [Step::Submit, Step::Wait] {
         let mut faults = 0;
         for number in numbers() {
@@ -77,6 +79,7 @@ fn the_device_may_be_lost_at_any_time() {
 /// A pass that finds no memory leaves the film as it was, and can be tried again.
 #[test]
 fn a_pass_that_fails_leaves_the_film() {
+    let _alone = device::alone();
     let device = device::open();
     let expected = render(&device).expect("no fault");
     let mut session = Session::new(&device, asset("cornell-glass"), small()).expect("a session");

@@ -195,6 +195,27 @@ fn lights_that_stand_for_one_another_agree() {
     assert_near("sun against far point, direct", direct(sun), direct(point), 0.005);
 }
 
+/// A shadow ray ends before the lamp that it goes to, however small the lamp's triangles are and however far it is: its
+/// picture depends on neither.
+#[test]
+fn the_cells_of_a_small_lamp_do_not_matter() {
+    for (side, height) in [(0.04f32, 3.4f32), (0.001, 3.4), (0.04, 60.0)] {
+        let lit = |cells: u32| {
+            let mut scene = stage(None, vec![]);
+            let corner = [-0.8, height, 0.6];
+            let lamp = Mesh::grid(corner, [side, 0.0, 0.0], [0.0, 0.0, side], [cells, cells]);
+            let radiance = 10.0 * (height / side) * (height / side);
+            scene.add(&lamp, Material::emitter([radiance; 3]));
+            mean_with(scene, 4, Settings { photons: Some(0), ..small() })
+        };
+        let whole = lit(1);
+        assert!(whole > 0.1, "{whole}");
+        for cells in [2, 3, 16] {
+            assert_near(&format!("a lamp of {side} at {height} in {cells} parts"), lit(cells), whole, 0.001);
+        }
+    }
+}
+
 /// Radiance [1/(sr m^2)] of a floor of albedo 1 straight below a spot light, at an angle to its axis.
 fn spot_floor(angle: f32) -> f64 {
     let floor = Mesh::quad([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);

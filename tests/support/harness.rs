@@ -2,7 +2,6 @@
 //! the same bits.
 
 use std::fmt::Debug;
-use std::sync::MutexGuard;
 
 use bytemuck::Pod;
 use nephroid::low_level::graph::{BufferKind, DeviceClass, Graph, Operation, Persistent, Plan, Runtime};
@@ -19,7 +18,7 @@ const GUARD: u32 = 64;
 
 /// A device for tests; one at a time uses it.
 pub struct Harness {
-    runtime: MutexGuard<'static, Runtime>,
+    runtime: device::Shared,
 }
 
 /// Memory for a result: `len` elements and a guard.

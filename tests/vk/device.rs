@@ -4,7 +4,7 @@ use nephroid::low_level::vk::*;
 use nephroid::{Error, MemoryCause};
 
 use crate::support::affine::*;
-use crate::support::device::{open as device, validated as options};
+use crate::support::device::{alone, open as device, validated as options};
 
 fn numbers(count: u32) -> Vec<u32> {
     (0..count).map(|i| i.wrapping_mul(2_654_435_761)).collect()
@@ -12,6 +12,7 @@ fn numbers(count: u32) -> Vec<u32> {
 
 #[test]
 fn devices_are_listed_with_what_they_can_do() {
+    let _alone = alone();
     let list = devices().unwrap();
     assert!(!list.is_empty());
     for (index, info) in list.iter().enumerate() {
@@ -26,6 +27,7 @@ fn devices_are_listed_with_what_they_can_do() {
 
 #[test]
 fn features_are_required_by_name() {
+    let _alone = alone();
     let device = device();
     device.require(&[Feature::Timeline, Feature::ScalarLayout]).unwrap();
     let features = device.info().features;
@@ -41,6 +43,7 @@ fn features_are_required_by_name() {
 
 #[test]
 fn bytes_survive_the_way_through_device_memory() {
+    let _alone = alone();
     let device = device();
     let data = numbers(1000);
     let source = upload(&device, &data);
@@ -64,6 +67,7 @@ fn bytes_survive_the_way_through_device_memory() {
 
 #[test]
 fn a_kernel_runs_on_slices_with_constants_and_push_constants() {
+    let _alone = alone();
     let device = device();
     let align = device.info().limits.storage_alignment.max(4);
     let data = numbers(300);
@@ -84,6 +88,7 @@ fn a_kernel_runs_on_slices_with_constants_and_push_constants() {
 
 #[test]
 fn indirect_dispatch_uses_counts_that_a_kernel_wrote() {
+    let _alone = alone();
     let device = device();
     // The kernel makes (2, 1, 1) out of (1, 0, 0): factor 1 and, through the source, the rest.
     let seed = upload(&device, &[1, 0, 0]);
@@ -109,6 +114,7 @@ fn indirect_dispatch_uses_counts_that_a_kernel_wrote() {
 
 #[test]
 fn commands_are_replayed_in_order_and_keep_what_they_use() {
+    let _alone = alone();
     let device = device();
     let first = device.buffer("first", 256, Place::Readback).unwrap();
     first.write(0, &[0; 256]);
@@ -137,6 +143,7 @@ fn commands_are_replayed_in_order_and_keep_what_they_use() {
 
 #[test]
 fn many_binds_need_more_than_one_descriptor_pool() {
+    let _alone = alone();
     let device = device();
     let source = upload(&device, &numbers(64));
     let target = device.buffer("target", 256, Place::Readback).unwrap();
@@ -154,6 +161,7 @@ fn many_binds_need_more_than_one_descriptor_pool() {
 
 #[test]
 fn pipelines_are_shared_and_told_apart_by_constants() {
+    let _alone = alone();
     let device = device();
     let one = affine(&device, 1);
     assert!(std::sync::Arc::ptr_eq(&one, &affine(&device, 1)));
@@ -162,6 +170,7 @@ fn pipelines_are_shared_and_told_apart_by_constants() {
 
 #[test]
 fn empty_buffers_and_empty_slices_can_be_bound() {
+    let _alone = alone();
     let device = device();
     let empty = device.buffer("empty", 0, Place::Device).unwrap();
     let align = device.info().limits.storage_alignment.max(4);
@@ -178,6 +187,7 @@ fn empty_buffers_and_empty_slices_can_be_bound() {
 
 #[test]
 fn scopes_are_timed_in_order_and_nested() {
+    let _alone = alone();
     let device = device();
     if !device.info().features.timestamps {
         return;
@@ -216,6 +226,7 @@ fn scopes_are_timed_in_order_and_nested() {
 
 #[test]
 fn memory_is_counted_and_given_back() {
+    let _alone = alone();
     let device = device();
     assert_eq!(device.memory(), MemoryUse::default());
     let buffer = device.buffer("a", 1 << 20, Place::Device).unwrap();
@@ -227,6 +238,7 @@ fn memory_is_counted_and_given_back() {
 
 #[test]
 fn oversize_requests_are_refused_with_their_cause() {
+    let _alone = alone();
     let device = device();
     let limits = device.info().limits;
     for bytes in [limits.allocation, limits.heap, u64::MAX] {
@@ -244,6 +256,7 @@ fn oversize_requests_are_refused_with_their_cause() {
 
 #[test]
 fn a_buffer_longer_than_a_binding_is_used_in_parts() {
+    let _alone = alone();
     let device = device();
     let limits = device.info().limits;
     if limits.storage_range < (1 << 28).min(limits.allocation) {
@@ -271,6 +284,7 @@ fn a_buffer_longer_than_a_binding_is_used_in_parts() {
 
 #[test]
 fn the_device_may_be_dropped_before_its_children_and_nothing_leaks() {
+    let _alone = alone();
     let device = device();
     let log = device.validation_log();
     let kernel = affine(&device, 1);
@@ -288,6 +302,7 @@ fn the_device_may_be_dropped_before_its_children_and_nothing_leaks() {
 
 #[test]
 fn the_loop_probe_agrees_with_itself() {
+    let _alone = alone();
     let device = device();
     let limit = device.loop_limit();
     assert_eq!(limit, device.loop_limit());
@@ -301,6 +316,7 @@ fn the_loop_probe_agrees_with_itself() {
 
 #[test]
 fn selection_is_read_from_text() {
+    let _alone = alone();
     assert_eq!("auto".parse::<DeviceSelect>().unwrap(), DeviceSelect::Auto);
     assert_eq!("CPU".parse::<DeviceSelect>().unwrap(), DeviceSelect::Cpu);
     assert_eq!(" 12 ".parse::<DeviceSelect>().unwrap(), DeviceSelect::Index(12));

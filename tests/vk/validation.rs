@@ -4,7 +4,7 @@ use nephroid::Error;
 use nephroid::low_level::vk::*;
 
 use crate::support::affine::*;
-use crate::support::device::{open as device, validated as options};
+use crate::support::device::{alone, open as device, validated as options};
 
 /// Two dependent kernels; without a barrier between them if `sabotaged`.
 fn chain(device: &std::sync::Arc<Device>, sabotaged: bool) {
@@ -31,6 +31,7 @@ fn chain(device: &std::sync::Arc<Device>, sabotaged: bool) {
 
 #[test]
 fn a_missing_barrier_is_caught() {
+    let _alone = alone();
     let device = device();
     chain(&device, false);
     device.check_validation().unwrap();
@@ -42,6 +43,7 @@ fn a_missing_barrier_is_caught() {
 
 #[test]
 fn a_copy_that_overtakes_a_kernel_is_caught() {
+    let _alone = alone();
     let device = device();
     let source = upload(&device, &[1; 64]);
     let target = device.buffer("target", 256, Place::Readback).unwrap();
@@ -56,6 +58,7 @@ fn a_copy_that_overtakes_a_kernel_is_caught() {
 
 #[test]
 fn a_kernel_that_needs_more_than_it_declares_is_caught() {
+    let _alone = alone();
     let device = device();
     let desc = PipelineDesc { name: "undeclared", spirv: &AFFINE, bindings: &[0], push_bytes: 8, constants: &[] };
     let _ = device.pipeline(&desc);
@@ -79,6 +82,7 @@ fn reading_device_memory_panics() {
 #[test]
 #[should_panic(expected = "is not aligned")]
 fn misaligned_slices_panic() {
+    let _alone = alone();
     let device = device();
     let buffer = device.buffer("buffer", 1024, Place::Device).unwrap();
     let slice = BufferSlice { buffer: &buffer, offset: 1, bytes: 4 };
@@ -88,6 +92,7 @@ fn misaligned_slices_panic() {
 #[test]
 #[should_panic(expected = "needs binding 1")]
 fn a_forgotten_binding_panics() {
+    let _alone = alone();
     let device = device();
     let buffer = device.buffer("buffer", 1024, Place::Device).unwrap();
     let slice = BufferSlice::whole(&buffer);
@@ -97,6 +102,7 @@ fn a_forgotten_binding_panics() {
 #[test]
 #[should_panic(expected = "workgroups")]
 fn too_many_groups_panic() {
+    let _alone = alone();
     let device = device();
     let buffer = device.buffer("buffer", 1024, Place::Device).unwrap();
     let slice = BufferSlice::whole(&buffer);
@@ -107,6 +113,7 @@ fn too_many_groups_panic() {
 
 #[test]
 fn a_damaged_cache_file_is_ignored_and_replaced() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let options = DeviceOptions { cache: Some(folder.path().to_owned()), ..options() };
     let run = || {

@@ -190,8 +190,8 @@ impl TableReport {
 }
 
 /// Columns of a CSV that [`measured`] fills.
-const MEASURED: &str = "estimator,photons_emitted,photons_stored,build_ms,gather_ms,sum_ms,spread,kept_bytes_per_photon,\
-                        scratch_bytes_per_photon,fixed_bytes,transient_bytes";
+const MEASURED: &str = "estimator,photons_emitted,photons_stored,build_ms,gather_ms,sum_ms,spread,\
+                        kept_bytes_per_photon,scratch_bytes_per_photon,fixed_bytes,transient_bytes";
 
 fn measured(estimator: &str, raced: Option<&Raced>) -> String {
     let Some(raced) = raced else { return format!("{estimator},,,,,,,,,,") };

@@ -23,11 +23,12 @@ Examples:
   nephroid bench estimators --estimators bvh,hash --size 640x360 --csv=times.csv pool.glb
   nephroid bench estimators --growth --svg plots --json=growth.json pool.glb
 
-Each number is the median over passes in which all estimators take turns, with the same photons in every pass: build is the
-time to make what is gathered from, gather that of all pixels. `full` gathers with the reflection that the scene has,
-`Lambert` with the kernels of a scene that has nothing but Lambert's law and flat triangles (glossy surfaces then count
-with the reflectance that is stored at the hit). Bytes per photon are those of the estimator beside the deposits, as if no
-buffer shared memory: kept for the gather, and scratch. `brute` is left out where pixels times photons are too many.";
+Each number is the median over passes in which all estimators take turns, with the same photons in every pass: build is
+the time to make what is gathered from, gather that of all pixels. `full` gathers with the reflection that the scene
+has, `Lambert` with the kernels of a scene that has nothing but Lambert's law and flat triangles (glossy surfaces then
+count with the reflectance that is stored at the hit). Bytes per photon are those of the estimator beside the deposits,
+as if no buffer shared memory: kept for the gather, and scratch. `brute` is left out where pixels times photons are
+too many.";
 
 /// Flags of `nephroid bench estimators`.
 #[derive(Debug, Args)]

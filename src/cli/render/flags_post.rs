@@ -229,7 +229,8 @@ mod tests {
     #[test]
     fn values_reach_the_passes() {
         let line = "--aperture f/2.8 --focus 3 --depth-of-field screen --ssao 0.5 --ssao-strength 2 --bloom 0.1 \
-                    --bloom-size 0.2 --cdl-slope 1.1,1,0.9 --cdl-offset -0.1 --cdl-power 2 --saturation 0.5 --antialias";
+                    --bloom-size 0.2 --cdl-slope 1.1,1,0.9 --cdl-offset -0.1 --cdl-power 2 --saturation 0.5 \
+                    --antialias";
         let Line { lens, post } = accepted(line);
         assert_eq!((lens.aperture, lens.focus), (Some(Aperture::FNumber(2.8)), Some(3.0)));
         assert_eq!(lens.depth_of_field, DepthOfField::Screen);

@@ -10,3 +10,4 @@ mod shading;
 mod sky;
 pub mod upload;
 mod variant;
+mod view;

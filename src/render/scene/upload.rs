@@ -9,6 +9,7 @@ use super::lobes::Lobes;
 use super::memory::Memory;
 use super::shading::{Textures, vertex_data};
 use super::variant::variant;
+use super::view::footprint_unit;
 use crate::error::{Error, MemoryCause, Result};
 use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::generated::{
@@ -78,6 +79,8 @@ pub struct DeviceScene {
     host_materials: Vec<DeviceMaterial>,
     /// The tables as they are on the device.
     host_lobes: Lobes,
+    /// What `globals` holds.
+    numbers: Globals,
     /// Keeps every feature in the kernels.
     full: bool,
     /// Counts buffers that were replaced by longer ones: plans that bind the former are of no use.
@@ -108,7 +111,7 @@ pub struct DeviceScene {
     pub(in crate::render) light_power: [f64; 3],
     /// Radius of the scene's sphere.
     pub(in crate::render) radius: f32,
-    /// Length by which footprints are limited.
+    /// Length by which footprints are limited, greater than 0.
     pub(in crate::render) footprint_unit: f32,
     /// Area of all triangles, in square scene units.
     pub(in crate::render) surface_area: f64,
@@ -117,19 +120,19 @@ pub struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Builds and uploads. `full` keeps every feature in the kernels.
+    /// Builds and uploads for the camera of the settings, with every feature in the kernels if they ask for that.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] for what does not fit the device, [`Error::Scene`] for a scene that is too large or too
     /// small to compute with.
-    pub fn new(runtime: &Runtime, scene: &Scene, full: bool) -> Result<Self> {
-        Self::in_memory(Memory::Device(runtime), scene, full)
+    pub fn new(runtime: &Runtime, scene: &Scene, settings: &Settings) -> Result<Self> {
+        Self::in_memory(Memory::Device(runtime), scene, settings.camera, settings.full_program)
     }
 
-    /// The same in any memory.
-    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, full: bool) -> Result<Self> {
+    /// The same in any memory. `full` keeps every feature in the kernels.
+    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, camera: usize, full: bool) -> Result<Self> {
         let mut device = Self::empty(memory, full);
-        device.update(memory, scene, &Stale::all())?;
+        device.update(memory, scene, camera, &Stale::all())?;
         Ok(device)
     }
 
@@ -137,7 +140,13 @@ impl DeviceScene {
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] for what does not fit the device; the scene is then of no use any more.
-    pub(in crate::render) fn update(&mut self, memory: Memory<'_>, scene: &Scene, stale: &Stale) -> Result<Redone> {
+    pub(in crate::render) fn update(
+        &mut self,
+        memory: Memory<'_>,
+        scene: &Scene,
+        camera: usize,
+        stale: &Stale,
+    ) -> Result<Redone> {
         if stale.geometry {
             check_count(memory, scene)?;
         }
@@ -179,8 +188,20 @@ impl DeviceScene {
             self.upload_casters(memory, scene)?;
         }
         self.upload_lights(memory, scene, &table)?;
+        self.look(memory, scene, camera)?;
         self.bytes = self.sizes().iter().map(|(_, bytes)| bytes).sum();
         Ok(Redone { vertices: tree || layout, materials, casters, tree })
+    }
+
+    /// Redoes what follows from the view: the limit of footprints.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub(in crate::render) fn look(&mut self, memory: Memory<'_>, scene: &Scene, camera: usize) -> Result<()> {
+        self.footprint_unit = footprint_unit(scene, &self.host, camera);
+        self.numbers.footprint_unit = self.footprint_unit;
+        self.generation += fill(memory, &mut self.globals, "globals", &[self.numbers])?;
+        Ok(())
     }
 
     /// Adds to the variant what the settings ask for.
@@ -210,6 +231,7 @@ impl DeviceScene {
             host: Arc::default(),
             host_materials: vec![],
             host_lobes: Lobes::default(),
+            numbers: Globals::default(),
             full,
             generation: 0,
             variant: Variant::default(),
@@ -238,7 +260,6 @@ impl DeviceScene {
         self.triangle_count = tree.bvh.order.len() as u32;
         self.skipped_triangles = tree.bvh.skipped;
         self.radius = tree.radius;
-        self.footprint_unit = tree.footprint_unit;
         self.surface_area = tree.surface_area;
         Ok(())
     }
@@ -320,7 +341,7 @@ impl DeviceScene {
         Ok(())
     }
 
-    /// Lights, and the numbers that follow from all of the scene.
+    /// Lights; works out the numbers that follow from all of the scene.
     fn upload_lights(&mut self, memory: Memory<'_>, scene: &Scene, table: &LightTable) -> Result<()> {
         self.generation += fill_roomy(memory, &mut self.lights, "lights", &table.lights)?;
         self.light_count = table.lights.len() as u32;
@@ -329,10 +350,9 @@ impl DeviceScene {
         self.exponents = table.film_exponents(scene, &self.host);
         self.light_power = table.greatest_power(sky);
         let [environment_width, environment_height] = sky.map_or([0; 2], |sky| sky.size);
-        let globals = Globals {
+        self.numbers = Globals {
             center: self.host.tree.center,
             radius: self.host.tree.radius,
-            footprint_unit: self.host.tree.footprint_unit,
             light_count: self.light_count,
             caster_count: self.caster_count,
             environment_width,
@@ -340,7 +360,6 @@ impl DeviceScene {
             environment_probability: table.environment_probability(),
             ..Globals::default()
         };
-        self.generation += fill(memory, &mut self.globals, "globals", &[globals])?;
         Ok(())
     }
 

@@ -62,7 +62,7 @@ impl Session {
         scene.validate_references()?;
         settings.validate(&scene, device)?;
         let runtime = &Runtime::new(device.clone());
-        let mut device_scene = DeviceScene::new(runtime, &scene, settings.full_program)?;
+        let mut device_scene = DeviceScene::new(runtime, &scene, &settings)?;
         device_scene.specialise(&settings);
         let budget = PhotonBudget::of(&device_scene, &settings);
         let automatic_leaf = settings.leaf_photons.is_none();

@@ -84,8 +84,9 @@ impl Session {
     fn redo(&mut self, effect: Effect) -> Result<Steps> {
         let mut steps = Vec::new();
         let (former, slots) = (PlanKey::of(self.content(), &self.budget), self.content().slots());
+        let (memory, camera) = (Memory::Device(&self.runtime), self.settings.camera);
         if let Some(stale) = &effect.scene {
-            let redone = self.device_scene.update(Memory::Device(&self.runtime), &self.scene, stale)?;
+            let redone = self.device_scene.update(memory, &self.scene, camera, stale)?;
             steps.push(Step::Lights);
             let taken = [
                 (redone.casters, Step::Casters),
@@ -94,6 +95,8 @@ impl Session {
                 (redone.tree, Step::Tree),
             ];
             steps.extend(taken.into_iter().filter(|(taken, _)| *taken).map(|(_, step)| step));
+        } else if effect.camera {
+            self.device_scene.look(memory, &self.scene, camera)?;
         }
         self.device_scene.specialise(&self.settings);
         let budget = PhotonBudget::of(&self.device_scene, &self.settings);

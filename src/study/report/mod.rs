@@ -30,27 +30,28 @@ th[scope=row],thead th:first-child{text-align:left;font-weight:normal}thead th{b
 const HOW_TO_READ: [(&str, &str); 7] = [
     (
         "Error",
-        "relMSE is the mean over the pixels of (x - r)\u{b2} / (r\u{b2} + 0.01) against a reference r. Trimmed: without \
-         the worst 0.1 % of the pixels, so that a few fireflies do not decide. A quarter of it is half the noise. A picture \
-         that is not a number counts as infinitely wrong.",
+        "relMSE is the mean over the pixels of (x - r)\u{b2} / (r\u{b2} + 0.01) against a reference r. Trimmed: \
+         without the worst 0.1 % of the pixels, so that a few fireflies do not decide. A quarter of it is half the \
+         noise. A picture that is not a number counts as infinitely wrong.",
     ),
     (
         "Plots",
-        "Both axes are logarithmic; lower and further left is better. A line joins the medians over the seeds, the band \
-         around it holds the middle 80 % of them. Dashed lines with hollow marks are other renderers, one run each.",
+        "Both axes are logarithmic; lower and further left is better. A line joins the medians over the seeds, the \
+         band around it holds the middle 80 % of them. Dashed lines with hollow marks are other renderers, one run \
+         each.",
     ),
     (
         "Slopes",
-        "The exponent with which the error falls: -1 is noise that averages out, -2/3 is progressive photon mapping with \
-         a = 2/3, 0 is a floor of bias. Points of one render depend on each other, so each seed gives one slope, and the \
-         95 % interval is Student's over the seeds. With one seed, and for other renderers, it comes from the residuals \
-         of the one curve and is too narrow.",
+        "The exponent with which the error falls: -1 is noise that averages out, -2/3 is progressive photon mapping \
+         with a = 2/3, 0 is a floor of bias. Points of one render depend on each other, so each seed gives one slope, \
+         and the 95 % interval is Student's over the seeds. With one seed, and for other renderers, it comes from the \
+         residuals of the one curve and is too narrow.",
     ),
     (
         "Equal time",
-        "Each seed's curve is read at the time, straight between its points; the median over the seeds stands in the table. \
-         Nothing is extrapolated: a dash is out of range. A render ends with the first whole pass beyond its budget; up to \
-         10 % outside of the measured times the nearest point stands in, marked \u{2248}.",
+        "Each seed's curve is read at the time, straight between its points; the median over the seeds stands in the \
+         table. Nothing is extrapolated: a dash is out of range. A render ends with the first whole pass beyond its \
+         budget; up to 10 % outside of the measured times the nearest point stands in, marked \u{2248}.",
     ),
     (
         "Equal error",
@@ -59,15 +60,16 @@ const HOW_TO_READ: [(&str, &str); 7] = [
     ),
     (
         "Bias and variance",
-        "Over seeds with the same passes: what their mean is off by, squared, and how they differ. Their sum is the error \
-         of one render. Bias\u{b2} has the variance of the mean taken off and may come out a little negative where there is \
-         none: such points have no place on the logarithmic plot. Intervals come from the residuals of the line.",
+        "Over seeds with the same passes: what their mean is off by, squared, and how they differ. Their sum is the \
+         error of one render. Bias\u{b2} has the variance of the mean taken off and may come out a little negative \
+         where there is none: such points have no place on the logarithmic plot. Intervals come from the residuals of \
+         the line.",
     ),
     (
         "Regret",
-        "What a variant loses on a scene is its error over the least error of any variant there. The best compromise has \
-         the smallest geometric mean of its losses over all scenes. A variant that was not measured on all of them is out of \
-         the choice. Where few seeds alone agree with the choice, the variants are too close to tell.",
+        "What a variant loses on a scene is its error over the least error of any variant there. The best compromise \
+         has the smallest geometric mean of its losses over all scenes. A variant that was not measured on all of them \
+         is out of the choice. Where few seeds alone agree with the choice, the variants are too close to tell.",
     ),
 ];
 
