@@ -116,7 +116,9 @@ fn info_names_what_a_diffuse_scene_leaves_out() {
     }
     let (lean, full) = (&facts["program"], &facts["program_with_everything"]);
     assert!(lean["passes"].as_u64() < full["passes"].as_u64());
-    assert!(lean["bytes"]["all"].as_u64() < full["bytes"]["all"].as_u64());
+    // Shared memory is no measure: with caustics there are other photons, whose buffers fit together in another way.
+    let transients = |program: &serde_json::Value| program["bytes"]["transients_without_sharing"].as_u64();
+    assert!(transients(lean).is_some() && transients(lean) < transients(full));
     let words = success("info @cornell.glb --size 64x48", folder.path());
     for part in ["one pass at 64x48", "left out: caustic photons (", "left out: glass (", "device memory"] {
         assert!(words.contains(part), "{part} in {words}");
