@@ -53,8 +53,8 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         float distance = length(offset);
         s.to_light = offset / distance;
         float cosine = -dot(normal, s.to_light);
-        // On the light's own error bound towards the receiver, and on that of a hit at this distance, so that the shadow
-        // ray ends before the light. Without the second, one ray in thirty met a small lamp that it was sent to.
+        // On the light's own error bound towards the receiver, and on that of a hit at this distance, so that the
+        // shadow ray ends before the light. Without the second, one ray in thirty met a small lamp that it was sent to.
         s.target = offset_point(p, e1, e2, -s.to_light) + (cosine < 0.0 ? -normal : normal) * (distance * HIT_ERROR);
         cosine = emits_from_back(l.triangle) ? abs(cosine) : cosine;
         float share = cosine * (l.area / distance) / (distance * l.probability);

@@ -94,6 +94,8 @@ pub struct Tree {
     pub center: [f32; 3],
     /// Radius of the scene's sphere, greater than 0.
     pub radius: f32,
+    /// Radius of the box around where most corners of triangles are, greater than 0 and at most `radius`.
+    pub crowd_radius: f32,
     /// Area of all triangles of the world, in square scene units.
     pub surface_area: f64,
 }
@@ -107,8 +109,29 @@ impl Tree {
         let bounds = Bounds::around(inside.flat_map(|(id, _)| world.corners(id)));
         let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let radius = if radius > 0.0 { radius } else { 1.0 };
-        Self { bvh, kept, center, radius, surface_area: surface_area(world) }
+        let corners = || (0..).zip(&kept).filter(|(_, kept)| **kept).flat_map(|(id, _)| world.corners(id));
+        let crowd_radius = crowd_radius(corners).unwrap_or(radius);
+        Self { bvh, kept, center, radius, crowd_radius, surface_area: surface_area(world) }
     }
+}
+
+/// How many times as far as the middle of the corners others may lie and still count for their crowd.
+const FAR: f32 = 30.0;
+
+/// The radius of the scene without corners that lie far beyond all others, such as a stray one. Others are those in the
+/// box of the middle three quarters along each axis. `None` where all lie at one place.
+fn crowd_radius<I: Iterator<Item = [f32; 3]>>(corners: impl Fn() -> I) -> Option<f32> {
+    let ends = [0, 1, 2].map(|axis| {
+        let mut along: Vec<f32> = corners().map(|corner| corner[axis]).collect();
+        let Some(last) = along.len().checked_sub(1) else { return [0.0; 2] };
+        let cut = last / 8;
+        let low = *along.select_nth_unstable_by(cut, f32::total_cmp).1;
+        [low, *along.select_nth_unstable_by(last - cut, f32::total_cmp).1]
+    });
+    let middle = Bounds { min: ends.map(|[low, _]| low), max: ends.map(|[_, high]| high) };
+    let (center, reach) = (middle.center(), FAR * middle.radius());
+    let is_near = |corner: &[f32; 3]| (0..3).all(|k| (corner[k] - center[k]).abs() <= reach);
+    Bounds::around(corners().filter(is_near)).map(|bounds| bounds.radius()).filter(|radius| *radius > 0.0)
 }
 
 /// Area of all triangles, in square scene units.

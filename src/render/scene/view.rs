@@ -1,9 +1,10 @@
 //! How large the part of a scene is that a view shows: footprints are limited by that.
 //!
-//! The scene's sphere says nothing of it. A ground of a kilometre or a stray vertex makes it far larger than what is
-//! looked at, and no count of vertices tells a ground from a stray vertex: a bulb of a thousand triangles would make
-//! the floor under it the stray. So a few hundred paths start at the camera and go on by diffuse reflection, to see what
-//! is seen and what can light it.
+//! The scene's sphere says nothing of it: a ground of a kilometre or a stray vertex makes it far larger than what is
+//! looked at. Where most vertices are says more, but a bulb of a thousand triangles would make the floor under it the
+//! stray. So a few hundred paths start at the camera and go on by diffuse reflection, to see what is seen and what can
+//! light it. A view of a tiny part of an open scene is no reason for tiny footprints either: photons are as far apart
+//! there as elsewhere. The larger of the two counts, up to the scene's sphere.
 
 use glam::Vec3;
 
@@ -19,14 +20,13 @@ const MOST_VERTICES: u32 = 4;
 const MOST_EVENTS: u32 = 24;
 /// Metal smoother than this counts as a mirror.
 const MIRROR_ROUGHNESS: f32 = 0.3;
-/// Footprints are limited by the scene's radius, or by this number of radii of what is seen if that is less. So all
-/// views of a room have the same footprints, unless they show a small part of it that no other part lights.
+/// Radii of what is seen that count for the limit: so all views of a room have the same footprints.
 const SEEN_RADII: f32 = 2.0;
 
 /// Length by which footprints of a view are limited, greater than 0, in scene units.
 pub fn footprint_unit(scene: &Scene, host: &Host, camera: usize) -> f32 {
     let seen = SEEN_RADII * middle_radius(&seen_points(scene, host, &scene.cameras[camera]));
-    if seen > 0.0 { seen.min(host.tree.radius) } else { host.tree.radius }
+    seen.max(host.tree.crowd_radius).min(host.tree.radius)
 }
 
 /// Half the diagonal of the box that holds the middle three quarters of points along each axis: a few that lie far
