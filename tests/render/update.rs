@@ -243,7 +243,7 @@ fn what_cannot_be_seen_leaves_the_film_alone() {
 fn changes_at_fault_change_nothing() {
     let mut session = running(&device(), &scene(), &settings());
     let before = session.film().expect("the film");
-    let flat = Transform::scaling([1.0, 0.0, 1.0]);
+    let flat = Transform::scaling([1.0, 0.0, 0.0]);
     let dark = Light::Point { position: [0.0; 3], intensity: [f32::NAN; 3] };
     let lens = Lens { radius: 0.1, focus: -1.0 };
     let moved = Changes::new().camera(FRONT, scene().cameras[1].clone());
