@@ -60,6 +60,13 @@ void leave_vertex(uint j, Hit hit, vec3 d, vec3 light, uint medium) {
     stored[j] = 1u;
 }
 
+// Distance within which places on the surface's triangle are rounded to a few points: in smaller footprints eye hits
+// would see a photon where it is rounded to, or not at all.
+float place_rounding(Surface s) {
+    float size = max(max(max_component(abs(s.e1)), max_component(abs(s.e2))), max_component(abs(s.position)));
+    return size * 4.76837158203125e-7; // 2^-21
+}
+
 // The footprint that the differentials give, within its limits; false if it is not finite.
 bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     // The paper's further factor |dp|^(-3/4) for diffusely reflected photons is left out: it has a unit of length, and
@@ -67,7 +74,8 @@ bool differential_ellipse(Surface s, Differential f, out Ellipse e) {
     float scale = params.smoothing * pass[0].radius_scale;
     e = principal_axes(scale * f.dp_u, scale * f.dp_v, s.geometric);
     float unit = globals[0].footprint_unit * pass[0].radius_scale;
-    float smallest = MIN_RADIUS * unit, largest = params.radius_max * unit;
+    float largest = params.radius_max * unit;
+    float smallest = min(max(MIN_RADIUS * unit, place_rounding(s)), largest);
     if (!(e.longer < 3.0e38)) {
         atomicAdd(counters[COUNT_NOT_FINITE], 1u);
         return false;
