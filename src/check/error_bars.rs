@@ -95,7 +95,10 @@ impl Trial {
         let (found, truth) = self.relative();
         let ratio = found.map_or(f64::NAN, |found| found / truth);
         lab.found(format!("{}: estimated over true error", self.name), ratio, 1.0 / 1.5, Within::AtLeast);
-        lab.found(format!("{}: estimated over true error", self.name), ratio, most, Within::AtMost);
+        let careful = lab.found(format!("{}: estimated over true error", self.name), ratio, most, Within::AtMost);
+        if self.name == "furnace" {
+            careful.gap("samples of lights are stratified over passes, so that passes differ more than their mean errs");
+        }
     }
 
     /// A scene without surprises: bounds are of use (2.4 times the error is the least that holds for 90 %), halves of

@@ -172,6 +172,18 @@ fn gathered(
     Ok(found.chunks(2).map(|pair| f64::from(pair[1][0])).collect())
 }
 
+/// Light at the hits by brute force, and by the hash grid.
+fn by_brute_force_and_hash(lab: &mut Lab, hits: &[EyeHit], discs: &[Disc]) -> Result<[Vec<f64>; 2]> {
+    let expected = gathered(lab, hits, discs, |g, program, points, deposits, target| {
+        brute(g, program, points, (&deposits.photons, &deposits.count), target);
+    })?;
+    let found = gathered(lab, hits, discs, |g, program, points, deposits, target| {
+        let grid = hash_grid(g, deposits, Options::default(), None);
+        hash(g, program, points, (&grid, deposits), target);
+    })?;
+    Ok([expected, found])
+}
+
 fn wide_grid(lab: &mut Lab) -> Result<()> {
     let mut discs = vec![];
     for (k, scale) in [1e13f32, 3e10, 2e7, 4e6, 1e5, 1.0].into_iter().enumerate() {
@@ -184,13 +196,7 @@ fn wide_grid(lab: &mut Lab) -> Result<()> {
         }
     }
     let hits: Vec<EyeHit> = discs.iter().map(|d| lambert_hit(d.position, d.normal, [1.0; 3])).collect();
-    let expected = gathered(lab, &hits, &discs, |g, program, points, deposits, target| {
-        brute(g, program, points, (&deposits.photons, &deposits.count), target);
-    })?;
-    let found = gathered(lab, &hits, &discs, |g, program, points, deposits, target| {
-        let grid = hash_grid(g, deposits, Options::default(), None);
-        hash(g, program, points, (&grid, deposits), target);
-    })?;
+    let [expected, found] = by_brute_force_and_hash(lab, &hits, &discs)?;
     let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs() / b.abs().max(1e-30)).fold(0.0, super::lab::worse);
     lab.found("largest difference to brute force", off, 1e-6, Within::AtMost);
     lab.found("hits with light", expected.iter().filter(|x| **x > 0.0).count() as f64, 900.0, Within::AtLeast);
@@ -202,13 +208,7 @@ fn crowd(lab: &mut Lab) -> Result<()> {
     let discs: Vec<Disc> = (0..n).map(|i| disc([0.25, 0.0, 0.25], 0.1, 1.0 + (i % 7) as f32)).collect();
     let hits: Vec<EyeHit> =
         [0.25, 0.27, 0.3, 0.34].map(|x| lambert_hit([x, 0.0, 0.25], [0.0, 1.0, 0.0], [1.0; 3])).to_vec();
-    let expected = gathered(lab, &hits, &discs, |g, program, points, deposits, target| {
-        brute(g, program, points, (&deposits.photons, &deposits.count), target);
-    })?;
-    let found = gathered(lab, &hits, &discs, |g, program, points, deposits, target| {
-        let grid = hash_grid(g, deposits, Options::default(), None);
-        hash(g, program, points, (&grid, deposits), target);
-    })?;
+    let [expected, found] = by_brute_force_and_hash(lab, &hits, &discs)?;
     // At the centre the weight is 2 / (pi a b): the sum in double precision.
     let flux: f64 = discs.iter().map(|d| f64::from(d.flux[0])).sum();
     let centre = flux * 2.0 / (std::f64::consts::PI * 0.1 * 0.05);

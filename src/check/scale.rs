@@ -98,12 +98,17 @@ fn compare(lab: &mut Lab, what: &str, parameter: f64, found: Option<&Shot>, expe
         return;
     };
     let mean = expected.mean("");
-    lab.found(format!("{what}: mean"), found.mean(""), mean, Within::Part(0.01)).at(parameter);
     let part = part_that_differs(found, expected);
-    let pixels = lab.found(format!("{what}: part of the pixels that differ"), part, 0.01, Within::AtMost);
-    pixels.at(parameter);
-    if what.starts_with("moved") && parameter > 1e4 {
-        pixels.gap("only scenes from files are brought to the origin; rays of others start on a coarse grid");
+    let rows = [
+        ("mean", found.mean(""), mean, Within::Part(0.01)),
+        ("part of the pixels that differ", part, 0.01, Within::AtMost),
+    ];
+    for (name, found, expected, within) in rows {
+        let row = lab.found(format!("{what}: {name}"), found, expected, within);
+        row.at(parameter);
+        if what.starts_with("moved") && parameter > 1e4 {
+            row.gap("only scenes from files are brought to the origin; rays of others start on a coarse grid");
+        }
     }
 }
 

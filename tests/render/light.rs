@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use nephroid::Error;
 use nephroid::low_level::render::{Lens, Method, Sampling, Session, Settings};
-use nephroid::low_level::scene::shapes::Mesh;
+use nephroid::low_level::scene::shapes::{CylinderCells, Mesh};
 use nephroid::low_level::scene::{Camera, Light, Limits, Material, Scene, load};
 
 use crate::support::device::runtime;
@@ -241,20 +241,8 @@ fn light_by_way_of_a_mirror() {
 
 /// A ring that is a mirror, on a floor, with a light in it.
 fn ring(floor: f32) -> Scene {
-    let (segments, height) = (128, 1.2);
-    let mut mirror = Mesh::default();
-    for i in 0..=segments {
-        let (sine, cosine) = (2.0 * PI * f64::from(i) / f64::from(segments)).sin_cos();
-        for y in [0.0, height] {
-            mirror.positions.push([cosine as f32, y, sine as f32]);
-            mirror.normals.push([-cosine as f32, 0.0, -sine as f32]);
-            mirror.uvs[0].push([0.0; 2]);
-        }
-        if i > 0 {
-            let a = 2 * i as u32;
-            mirror.triangles.extend([[a - 2, a, a + 1], [a - 2, a + 1, a - 1]]);
-        }
-    }
+    let cells = CylinderCells { segments: 128, rows: 1 };
+    let mirror = Mesh::cylinder([0.0; 3], [0.0, 1.2, 0.0], 1.0, cells).flipped();
     let ground = Mesh::quad([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
     let light = Light::Point { position: [0.45, 0.9, 0.1], intensity: [3.0, 2.0, 1.0] };
     let parts =

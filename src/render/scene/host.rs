@@ -106,7 +106,10 @@ impl Tree {
         let mut kept = vec![false; world.triangles.len()];
         bvh.order.iter().for_each(|&id| kept[id as usize] = true);
         let inside = (0..).zip(&kept).filter(|(_, kept)| **kept);
+        // Where no triangle is left because all areas are too small for their numbers, the corners still say how small.
         let bounds = Bounds::around(inside.flat_map(|(id, _)| world.corners(id)));
+        let all = || world.positions.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
+        let bounds = bounds.or_else(|| Bounds::around(all()));
         let (center, radius) = bounds.map_or(([0.0; 3], 1.0), |b| (b.center(), b.radius()));
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let corners = || (0..).zip(&kept).filter(|(_, kept)| **kept).flat_map(|(id, _)| world.corners(id));
