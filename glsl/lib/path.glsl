@@ -25,6 +25,11 @@ uint path_layer(uint state, bool drawn_by_gathered) {
     return drawn_by_gathered ? LAYER_DIRECT : LAYER_CAUSTIC;
 }
 
+// Whether photons bring what the path meets: it was scattered widely, and has since met mirrors and glass alone.
+bool is_told(uint state, bool drawn_by_gathered) {
+    return (state & PATH_DIFFUSE) != 0u && !drawn_by_gathered;
+}
+
 // A hit to gather at: depth of the path, and the layer of what lights bring there.
 float path_tag(uint depth, uint layer) {
     return float(1u + 4u * depth + layer);

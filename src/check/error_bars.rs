@@ -97,7 +97,7 @@ impl Trial {
         lab.found(format!("{}: estimated over true error", self.name), ratio, 1.0 / 1.5, Within::AtLeast);
         let careful = lab.found(format!("{}: estimated over true error", self.name), ratio, most, Within::AtMost);
         if self.name == "furnace" {
-            careful.gap("samples of lights are stratified over passes, so that passes differ more than their mean errs");
+            careful.gap("samples of lights are stratified over passes, which differ more than their mean errs");
         }
     }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::exact::ExactSum;
+use super::mix::{Mix, Turns, mixed};
 use crate::constants::{self, FILM_SCALED, FILM_SQUARES};
 use crate::error::{Error, Result};
 use crate::picture::image::{Channels, Picture};
@@ -140,6 +141,8 @@ pub struct Film {
     pub sums: Vec<[ExactSum; SUMS]>,
     /// [`LAYER_SUMS`] per pixel, rows from the top; empty without layers.
     pub layers: Vec<[ExactSum; LAYER_SUMS]>,
+    /// The sums of the passes of a second method, where passes take turns: those above are of the first one alone.
+    pub mix: Option<Mix>,
 }
 
 impl Film {
@@ -154,7 +157,39 @@ impl Film {
             rejected: 0,
             sums: vec![[ExactSum::default(); SUMS]; pixels],
             layers: vec![[ExactSum::default(); LAYER_SUMS]; if with_layers { pixels } else { 0 }],
+            mix: None,
         }
+    }
+
+    /// The same film with room for the passes of a second method.
+    pub fn with_turns(self, turns: Option<Turns>) -> Self {
+        let (sums, layers) = (self.sums.len(), self.layers.len());
+        let mix = turns.map(|turns| Mix {
+            turns,
+            sums: vec![[ExactSum::default(); SUMS]; sums],
+            layers: vec![[ExactSum::default(); LAYER_SUMS]; layers],
+        });
+        Self { mix, ..self }
+    }
+
+    /// The passes of the first method by their indices among those, and of the second one.
+    pub fn split_passes(&self) -> [PassSet; 2] {
+        match &self.mix {
+            Some(mix) => mix.turns.split(&self.passes),
+            None => [self.passes.clone(), PassSet::default()],
+        }
+    }
+
+    /// All sums: those of pixels, then those of layers, then the same of the second method.
+    pub(super) fn all_sums(&self) -> impl Iterator<Item = &[ExactSum]> {
+        let second = self.mix.iter().flat_map(|mix| slices(&mix.sums).chain(slices(&mix.layers)));
+        slices(&self.sums).chain(slices(&self.layers)).chain(second)
+    }
+
+    fn all_sums_mut(&mut self) -> impl Iterator<Item = &mut ExactSum> {
+        let second =
+            self.mix.iter_mut().flat_map(|mix| mix.sums.iter_mut().flatten().chain(mix.layers.iter_mut().flatten()));
+        self.sums.iter_mut().flatten().chain(self.layers.iter_mut().flatten()).chain(second)
     }
 
     /// Adds the passes of another film, bit for bit as if they had been rendered into this one.
@@ -162,22 +197,23 @@ impl Film {
     /// # Errors
     /// [`Error::Usage`] if size, units or layers differ, or both hold one pass.
     pub fn merge(&mut self, other: &Self) -> Result<()> {
-        let shape = |film: &Self| (film.width, film.height, film.exponents, film.layers.is_empty());
+        let turns = |film: &Self| film.mix.as_ref().map(|mix| mix.turns);
+        let shape = |film: &Self| (film.width, film.height, film.exponents, film.layers.is_empty(), turns(film));
         if shape(self) != shape(other) {
             return Err(Error::Usage("films of other sizes, layers or scenes cannot be merged".into()));
         }
         if let Some(range) = self.passes.overlap(&other.passes) {
             return Err(Error::Usage(format!("passes {}..{} are in both films", range.start, range.end)));
         }
-        let pairs = self.sums.iter_mut().flatten().zip(other.sums.iter().flatten());
-        let layers = self.layers.iter_mut().flatten().zip(other.layers.iter().flatten());
-        pairs.chain(layers).for_each(|(ours, theirs)| *ours = ours.plus_sum(*theirs));
+        let pairs = self.all_sums_mut().zip(other.all_sums().flatten());
+        pairs.for_each(|(ours, theirs)| *ours = ours.plus_sum(*theirs));
         self.passes.unite(&other.passes);
         self.rejected = self.rejected.saturating_add(other.rejected);
         Ok(())
     }
 
-    /// Per pixel and channel: sum, sum of squares, sum of values times squared footprint scale.
+    /// Per pixel and channel: sum, sum of squares, sum of values times squared footprint scale; of passes of two
+    /// methods, those of the first.
     pub fn moments(&self) -> Vec<[f64; SUMS]> {
         let unit = 2f64.powi(self.exponents[0]);
         let squares = FILM_SQUARES as usize..FILM_SCALED as usize;
@@ -185,29 +221,55 @@ impl Film {
         self.sums.iter().map(|sums| std::array::from_fn(|k| sums[k].to_f64() * units[k])).collect()
     }
 
-    /// The mean of all passes: beauty, and the layers if there are any. Black without passes.
+    /// The mean of all passes: beauty, and the layers if there are any. Black without passes. Of passes of two methods
+    /// see [`super::mix`]; what is seen and not light is the mean of all.
     pub fn picture(&self) -> Picture {
         let mut picture = Picture::new(self.width, self.height);
-        let scale = 1.0 / self.passes.count().max(1) as f64;
-        let unit = 2f64.powi(self.exponents[0]) * scale;
-        let mean = |sums: &[ExactSum]| [0, 1, 2].map(|k| (sums[k].to_f64() * unit) as f32);
-        picture.push("", Channels::Rgb, self.sums.iter().flat_map(|sums| mean(sums)).collect());
+        let [first, second] = self.split_passes().map(|passes| 1.0 / passes.count().max(1) as f64);
+        let weights = mixed(self);
+        let unit = 2f64.powi(self.exponents[0]);
+        let light = |pixel: usize, sums: &[ExactSum], others: Option<&[ExactSum]>| {
+            [0, 1, 2].map(|k| {
+                let p = sums[k].to_f64() * unit * first;
+                let t = others.map_or(p, |others| others[k].to_f64() * unit * second);
+                (p + weights.get(pixel).map_or(0.0, |w| w.weight) * (t - p)) as f32
+            })
+        };
+        let mix = self.mix.as_ref();
+        let beauty = |(pixel, sums)| light(pixel, sums, mix.map(|mix| &mix.sums[pixel][..]));
+        picture.push("", Channels::Rgb, slices(&self.sums).enumerate().flat_map(beauty).collect());
         if self.layers.is_empty() {
             return picture;
         }
         let depth_unit = 2f64.powi(self.exponents[1]);
+        let scale = 1.0 / self.passes.count().max(1) as f64;
+        let both = self.layers.iter().enumerate().map(|(pixel, sums)| match mix {
+            Some(mix) => std::array::from_fn(|k| sums[k].plus_sum(mix.layers[pixel][k])),
+            None => *sums,
+        });
+        let both: Vec<[ExactSum; LAYER_SUMS]> = both.collect();
         for (name, channels, at) in LAYERS {
-            let pixels = self.layers.iter().map(|sums| &sums[at as usize..]);
+            let at = at as usize;
+            let pixels = both.iter().map(|sums| &sums[at..]);
             let data = match (name, channels) {
                 (_, Channels::Vector) => pixels.flat_map(direction).collect(),
                 (_, Channels::Scalar) => pixels.map(|sums| depth(sums, depth_unit)).collect(),
                 ("albedo", _) => pixels.flat_map(|sums| [0, 1, 2].map(|k| (sums[k].to_f64() * scale) as f32)).collect(),
-                _ => pixels.flat_map(mean).collect(),
+                _ => {
+                    let layer = |(pixel, sums): (usize, &[ExactSum])| {
+                        light(pixel, &sums[at..], mix.map(|mix| &mix.layers[pixel][at..]))
+                    };
+                    slices(&self.layers).enumerate().flat_map(layer).collect()
+                }
             };
             picture.push(name, channels, data);
         }
         picture
     }
+}
+
+fn slices<const N: usize>(pixels: &[[ExactSum; N]]) -> impl Iterator<Item = &[ExactSum]> {
+    pixels.iter().map(|sums| &sums[..])
 }
 
 /// Layers, and where their sums begin.

@@ -24,6 +24,7 @@
 
 use super::accumulate::{Film, PassSet, SUMS};
 use super::exact::ExactSum;
+use super::mix::{Mixed, mixed};
 use crate::compare::metrics::TRIM;
 use crate::compare::quantiles;
 use crate::constants::{FILM_SCALED, FILM_SQUARES};
@@ -109,6 +110,19 @@ struct Number {
 }
 
 impl Number {
+    /// The picture's number, made of that of the first method and that of the second. Its bias is what remains of that
+    /// of the first, which both together show.
+    fn mixed_with(self, second: Self, at: Mixed) -> Self {
+        let (w, rest) = (at.weight, 1.0 - at.weight);
+        let bias = (at.squared_bias.sqrt()).max(f64::from(self.bias.abs())) * rest;
+        Self {
+            mean: (rest * f64::from(self.mean) + w * f64::from(second.mean)) as f32,
+            noise: (rest * f64::from(self.noise)).hypot(w * f64::from(second.noise)) as f32,
+            bias: bias as f32,
+            bias_noise: (rest * f64::from(self.bias_noise)) as f32,
+        }
+    }
+
     /// Variance over mean: brightness of one event where events are rare.
     fn event(&self, passes: f64) -> f64 {
         if self.mean > 0.0 { f64::from(self.noise).powi(2) * passes / f64::from(self.mean) } else { 0.0 }
@@ -134,6 +148,8 @@ pub struct ErrorEstimate {
     /// `None` where it is unknown: for fewer than two passes, and for a picture that is black so far.
     pub relative: Option<f64>,
     width: usize,
+    /// Passes, of the method that has more of them.
+    count: f64,
     schedule: Schedule,
     model: Model,
     numbers: Vec<[Number; 3]>,
@@ -151,20 +167,32 @@ impl ErrorEstimate {
                 [k, FILM_SQUARES as usize + k, FILM_SCALED as usize + k].map(|i| sums[i].to_f64() * unit);
             number([sum, squares * unit, products], schedule, model.bias)
         };
-        let numbers: Vec<[Number; 3]> = film.sums.iter().map(|sums| [0, 1, 2].map(|k| number(sums, k))).collect();
-        let relative = if schedule.count < 2.0 { None } else { relative(&numbers) };
-        Self { bias: model.bias, relative, width: film.width as usize, schedule, model, numbers }
+        let mut numbers: Vec<[Number; 3]> = film.sums.iter().map(|sums| [0, 1, 2].map(|k| number(sums, k))).collect();
+        let second = film.split_passes()[1].count() as f64;
+        if let Some(mix) = &film.mix {
+            let of_second = |sums: &[ExactSum; SUMS], k: usize| {
+                let [sum, squares] = [k, FILM_SQUARES as usize + k].map(|i| sums[i].to_f64() * unit);
+                let schedule = Schedule { count: second, mean: 0.0, spread: 0.0, leverage: 0.0 };
+                self::number([sum, squares * unit, 0.0], schedule, Bias::None)
+            };
+            for ((ours, theirs), at) in numbers.iter_mut().zip(&mix.sums).zip(mixed(film)) {
+                *ours = std::array::from_fn(|k| ours[k].mixed_with(of_second(theirs, k), at));
+            }
+        }
+        let most = schedule.count.max(second);
+        let relative = if most < 2.0 { None } else { relative(&numbers) };
+        Self { bias: model.bias, relative, width: film.width as usize, count: most, schedule, model, numbers }
     }
 
-    /// Passes in the film.
+    /// Passes in the film; of two methods, those of the one that has more.
     pub fn passes(&self) -> u64 {
-        self.schedule.count as u64
+        self.count as u64
     }
 
     /// Standard error of the mean, from the spread of the passes: per pixel, row by row, red, green and blue; infinite
     /// for fewer than two passes.
     pub fn standard_error(&self) -> Vec<f32> {
-        let known = self.schedule.count >= 2.0;
+        let known = self.count >= 2.0;
         self.numbers.as_flattened().iter().map(|n| if known { n.noise } else { f32::INFINITY }).collect()
     }
 
@@ -177,12 +205,12 @@ impl ErrorEstimate {
     /// What the error of the picture stays below with probability `confidence` (0 ... 1, exclusive) at each pixel: row
     /// by row, red, green and blue; infinite for fewer than two passes. Errors of neighbours are not independent.
     pub fn bound(&self, confidence: f64) -> Vec<f32> {
-        if self.schedule.count < 2.0 {
+        if self.count < 2.0 {
             return vec![f32::INFINITY; 3 * self.numbers.len()];
         }
         let fitted = if self.has_trend() { 2 } else { 1 };
         let t = quantiles::student(0.5 + 0.5 * confidence, self.passes() - fitted);
-        let unseen = -(1.0 - confidence).ln() / self.schedule.count;
+        let unseen = -(1.0 - confidence).ln() / self.count;
         let at = |(pixel, channel): (usize, usize)| {
             let noise = f64::from(self.numbers[pixel][channel].noise);
             let seen = t * (noise * noise + self.squared_bias(pixel, channel)).sqrt();
@@ -210,9 +238,9 @@ impl ErrorEstimate {
         let n = self.numbers[pixel][channel];
         let events = n.events();
         if n.noise > 0.0 && events >= FEW_EVENTS {
-            return n.event(self.schedule.count);
+            return n.event(self.count);
         }
-        let around = self.around(pixel).map(|at| self.numbers[at][channel].event(self.schedule.count));
+        let around = self.around(pixel).map(|at| self.numbers[at][channel].event(self.count));
         let seen = around.fold(0.0, f64::max);
         // Scales shrink, so most of what was missed would have come early and been as bright as its pass made it.
         let unseen = if self.schedule.mean > 0.0 { self.model.event[channel] / self.schedule.mean } else { 0.0 };

@@ -16,6 +16,8 @@ use sha2::{Digest, Sha256};
 
 use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
+use super::mix::Turns;
+pub use super::totals::Totals;
 use crate::error::{Error, Result};
 use crate::input::exr::{Part, Reader};
 use crate::input::{self, Fault};
@@ -93,53 +95,6 @@ impl Identity {
     }
 }
 
-/// Counts over all passes of a film, however many sessions rendered them.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Totals {
-    /// Rendering time in seconds.
-    pub seconds: f64,
-    /// Passes repeated because their photons did not fit.
-    pub repeated: u64,
-    /// Photons emitted.
-    pub photons: u64,
-    /// Deposits stored in photon maps.
-    pub deposits: u64,
-    /// Photons that were still in flight at the bounce limit.
-    pub photons_truncated: u64,
-    /// Eye paths that ended at the depth limit.
-    pub eye_paths_truncated: u64,
-    /// Photons tested against eye hits and accepted, where they are counted.
-    pub pairs: [u64; 2],
-    /// Guards that fired, by name.
-    pub counters: BTreeMap<String, u64>,
-    /// What the estimator built, by name.
-    pub structure: BTreeMap<String, u64>,
-    /// Where the light of each class of photons went in watts, by class and entry; empty in films of older programs.
-    #[serde(default)]
-    pub energies: BTreeMap<String, f64>,
-}
-
-impl Totals {
-    /// Adds the counts of other passes.
-    pub fn add(&mut self, other: &Self) {
-        self.seconds += other.seconds;
-        // Saturating: the numbers may come from a damaged file.
-        let add = |ours: &mut u64, theirs: &u64| *ours = ours.saturating_add(*theirs);
-        add(&mut self.repeated, &other.repeated);
-        add(&mut self.photons, &other.photons);
-        add(&mut self.deposits, &other.deposits);
-        add(&mut self.photons_truncated, &other.photons_truncated);
-        add(&mut self.eye_paths_truncated, &other.eye_paths_truncated);
-        self.pairs.iter_mut().zip(&other.pairs).for_each(|(ours, theirs)| add(ours, theirs));
-        for (ours, theirs) in [(&mut self.counters, &other.counters), (&mut self.structure, &other.structure)] {
-            theirs.iter().for_each(|(name, count)| add(ours.entry(name.clone()).or_default(), count));
-        }
-        for (name, energy) in &other.energies {
-            *self.energies.entry(name.clone()).or_default() += energy;
-        }
-    }
-}
-
 /// A film and what is known about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmFile {
@@ -165,6 +120,9 @@ pub struct About {
     rejected: u64,
     /// Whether sums of layers are there.
     layers: bool,
+    /// Which passes are of a second method, whose sums follow those of the first; none where there is one method.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    turns: Option<Turns>,
     /// What determines the passes.
     pub identity: Identity,
     /// [`FilmFile::devices`].
@@ -229,6 +187,7 @@ pub fn write(
         exponents: film.exponents,
         rejected: film.rejected,
         layers: !film.layers.is_empty(),
+        turns: film.mix.as_ref().map(|mix| mix.turns),
         identity: file.identity.clone(),
         devices: file.devices.clone(),
         totals: file.totals.clone(),
@@ -252,7 +211,7 @@ fn digest(film: &Film) -> String {
     let mut hash = Sha256::new();
     let mut row = Vec::new();
     // In pieces of some length: the hash is much faster than one call a number.
-    for sums in film.sums.iter().map(|s| &s[..]).chain(film.layers.iter().map(|s| &s[..])) {
+    for sums in film.all_sums() {
         row.extend(sums.iter().flat_map(|sum| sum.0.to_le_bytes()));
         if row.len() > 1 << 16 {
             hash.update(&row);
@@ -269,26 +228,36 @@ pub fn hex(bytes: &[u8]) -> String {
 }
 
 fn film_channels(film: &Film) -> Vec<AnyChannel<FlatSamples>> {
-    let mut channels = planes(&film.sums, &SUM_NAMES);
-    if !film.layers.is_empty() {
-        channels.extend(planes(&film.layers, &LAYER_NAMES));
+    let mut channels = planes(&film.sums, &SUM_NAMES, FIRST);
+    channels.extend(planes(&film.layers, &LAYER_NAMES, FIRST));
+    if let Some(mix) = &film.mix {
+        channels.extend(planes(&mix.sums, &SUM_NAMES, SECOND));
+        channels.extend(planes(&mix.layers, &LAYER_NAMES, SECOND));
     }
     channels
 }
 
-fn planes<const N: usize>(pixels: &[[ExactSum; N]], names: &[&str; N]) -> Vec<AnyChannel<FlatSamples>> {
+/// How the names of the channels of either method begin.
+const FIRST: &str = "film";
+const SECOND: &str = "second";
+
+/// Channels of all words of the sums; none without pixels.
+fn planes<const N: usize>(pixels: &[[ExactSum; N]], names: &[&str; N], prefix: &str) -> Vec<AnyChannel<FlatSamples>> {
+    if pixels.is_empty() {
+        return vec![];
+    }
     let plane = |k: usize, word: usize| pixels.iter().map(|sums| sums[k].words()[word]).collect();
     (0..N)
         .flat_map(|k| (0..4).map(move |word| (k, word)))
         .map(|(k, word)| {
-            let name = exr::text(&channel_name(names[k], word));
+            let name = exr::text(&channel_name(prefix, names[k], word));
             AnyChannel::new(name, FlatSamples::U32(plane(k, word)))
         })
         .collect()
 }
 
-fn channel_name(sum: &str, word: usize) -> String {
-    format!("film.{sum}.{word}")
+fn channel_name(prefix: &str, sum: &str, word: usize) -> String {
+    format!("{prefix}.{sum}.{word}")
 }
 
 /// Reads what a film file says about itself, without its sums.
@@ -342,6 +311,9 @@ fn parse_about(json: &str, path: &Path) -> Result<About> {
         return Err(damaged("more passes than can be rendered"));
     }
     // Far beyond any scene in f32, and far from the limits of f64.
+    if about.turns.is_some_and(|turns| turns.first == 0 || turns.second == 0) {
+        return Err(damaged("turns of no passes"));
+    }
     if about.exponents.iter().any(|exponent| exponent.unsigned_abs() > 300) || !about.totals.seconds.is_finite() {
         return Err(damaged("numbers out of range"));
     }
@@ -355,16 +327,19 @@ fn parse_about(json: &str, path: &Path) -> Result<About> {
 pub fn read(path: &Path) -> Result<FilmFile> {
     let Opened { mut file, length, about } = open(path)?;
     let [width, height] = about.size;
-    let slots = slots(&file.parts()[0], about.layers).map_err(|cause| Error::scene(path, cause))?;
-    check_bytes(about.size, about.layers, length).map_err(|cause| Error::scene(path, cause))?;
-    let mut film = Film::new(width, height, about.exponents, about.layers);
+    let slots = slots(&file.parts()[0], about.layers, about.turns).map_err(|cause| Error::scene(path, cause))?;
+    check_bytes(about.size, (about.layers, about.turns), length).map_err(|cause| Error::scene(path, cause))?;
+    let mut film = Film::new(width, height, about.exponents, about.layers).with_turns(about.turns);
     file.lines(0, |line| {
         let (Some((sum, word)), Some(words)) = (slots[line.channel], line.samples.integers()) else { return };
         let first = line.y as usize * width as usize + line.x as usize;
         for (at, bits) in (first..).zip(words) {
-            let sum = match sum {
-                Sum::Pixel(k) => &mut film.sums[at][k],
-                Sum::Layer(k) => &mut film.layers[at][k],
+            let sum = match (sum, &mut film.mix) {
+                (Sum::Pixel(k), _) => &mut film.sums[at][k],
+                (Sum::Layer(k), _) => &mut film.layers[at][k],
+                (Sum::SecondPixel(k), Some(mix)) => &mut mix.sums[at][k],
+                (Sum::SecondLayer(k), Some(mix)) => &mut mix.layers[at][k],
+                (Sum::SecondPixel(_) | Sum::SecondLayer(_), None) => return,
             };
             sum.0 |= i128::from(bits) << (32 * word);
         }
@@ -383,18 +358,25 @@ pub fn read(path: &Path) -> Result<FilmFile> {
 enum Sum {
     Pixel(usize),
     Layer(usize),
+    SecondPixel(usize),
+    SecondLayer(usize),
 }
 
 /// Which sum, and which word of it, each channel holds; an error if one of the film's channels is not there.
-fn slots(part: &Part, layers: bool) -> std::result::Result<Vec<Option<(Sum, usize)>>, String> {
+fn slots(part: &Part, layers: bool, turns: Option<Turns>) -> std::result::Result<Vec<Option<(Sum, usize)>>, String> {
     let names: BTreeMap<&str, usize> =
         part.channels.iter().enumerate().filter(|(_, c)| c.integers).map(|(at, c)| (c.name.as_str(), at)).collect();
-    let pixel = SUM_NAMES.iter().enumerate().map(|(k, name)| (Sum::Pixel(k), name));
-    let layer = LAYER_NAMES.iter().enumerate().map(|(k, name)| (Sum::Layer(k), name));
+    type Place = fn(usize) -> Sum;
+    let of = |prefix: &'static str, pixel: Place, layer: Place| {
+        let pixels = SUM_NAMES.iter().enumerate().map(move |(k, name)| (pixel(k), prefix, name));
+        let of_layers = LAYER_NAMES.iter().enumerate().map(move |(k, name)| (layer(k), prefix, name));
+        pixels.chain(of_layers.filter(move |_| layers))
+    };
+    let second = of(SECOND, Sum::SecondPixel, Sum::SecondLayer).filter(|_| turns.is_some());
     let mut slots = vec![None; part.channels.len()];
-    for (sum, name) in pixel.chain(layer.filter(|_| layers)) {
+    for (sum, prefix, name) in of(FIRST, Sum::Pixel, Sum::Layer).chain(second) {
         for word in 0..4 {
-            let name = channel_name(name, word);
+            let name = channel_name(prefix, name, word);
             let at = names.get(name.as_str()).ok_or_else(|| format!("its film has no whole channel '{name}'"))?;
             slots[*at] = Some((sum, word));
         }
@@ -409,8 +391,13 @@ const FILM_BYTES: u64 = 192 << 20;
 const FILM_BYTES_PER_BYTE: u64 = 36;
 
 /// Refuses a film that a file of `length` bytes cannot account for.
-fn check_bytes([width, height]: [u32; 2], layers: bool, length: u64) -> std::result::Result<(), String> {
-    let sums = if layers { SUMS + LAYER_SUMS } else { SUMS };
+fn check_bytes(
+    [width, height]: [u32; 2],
+    (layers, turns): (bool, Option<Turns>),
+    length: u64,
+) -> std::result::Result<(), String> {
+    let methods = if turns.is_some() { 2 } else { 1 };
+    let sums = methods * if layers { SUMS + LAYER_SUMS } else { SUMS };
     let bytes = u64::from(width) * u64::from(height) * (sums * size_of::<ExactSum>()) as u64;
     match bytes <= FILM_BYTES.saturating_add(length.saturating_mul(FILM_BYTES_PER_BYTE)) {
         true => Ok(()),
@@ -442,6 +429,16 @@ mod tests {
         FilmFile { film, identity, devices: vec!["a (\u{30ab} 1)".into()], totals }
     }
 
+    fn of_two_methods(with_layers: bool) -> FilmFile {
+        let file = sample(with_layers);
+        let mut film = file.film.with_turns(Some(Turns { first: 1, second: 3 }));
+        let mix = film.mix.as_mut().expect("a second method");
+        for (at, sum) in mix.sums.iter_mut().flatten().chain(mix.layers.iter_mut().flatten()).enumerate() {
+            *sum = ExactSum((at as i128 + 1) << (at % 80));
+        }
+        FilmFile { film, ..file }
+    }
+
     fn encoded(file: &FilmFile, packing: Packing) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());
         let metadata = Metadata::from([("seed".to_owned(), Value::Count(7))]);
@@ -457,8 +454,14 @@ mod tests {
 
     #[test]
     fn what_is_written_comes_back_and_is_a_picture() {
-        for (with_layers, packing) in [(false, Packing::Small), (true, Packing::Small), (true, Packing::Fast)] {
-            let file = sample(with_layers);
+        let files = [
+            (sample(false), Packing::Small),
+            (sample(true), Packing::Small),
+            (sample(true), Packing::Fast),
+            (of_two_methods(false), Packing::Small),
+            (of_two_methods(true), Packing::Fast),
+        ];
+        for (file, packing) in files {
             let bytes = encoded(&file, packing);
             let back = with_bytes(&bytes, read).expect("our own file");
             assert_eq!(back, file);

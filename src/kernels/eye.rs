@@ -31,8 +31,17 @@ pub struct EyeSettings {
     pub max_depth: u32,
     /// Whether layers are written.
     pub aov: bool,
-    /// Whether these are steps of path tracing ([`super::path`]), which has one slot per pixel.
-    pub path: bool,
+    /// Whether these are steps of path tracing ([`super::path`]), which has one slot per pixel, and of which kind.
+    pub path: Option<PathKind>,
+}
+
+/// What paths find by themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathKind {
+    /// All light.
+    Alone,
+    /// All but the light that photons tell them of: what reaches a surface by way of mirrors and glass alone.
+    Told,
 }
 
 /// What the eye paths leave.
@@ -190,7 +199,8 @@ pub(super) fn bounce(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &
     }
     let mut children = Children::new(g, 2 * list.list.len());
     let EyeSettings { aov, max_depth, path, .. } = settings;
-    let kernel = EyeShade { aov, max_depth, path, ..EyeShade::of(&variant) };
+    let told = path == Some(PathKind::Told);
+    let kernel = EyeShade { aov, max_depth, path: path.is_some(), told, ..EyeShade::of(&variant) };
     let bind = EyeShadeBindings {
         view,
         list: &list.list,
@@ -305,7 +315,7 @@ impl LightChoice {
 /// Adds the direct light at the hits: lights as they are to be chosen, and a shadow ray for each.
 pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, choice: LightChoice, eye: &mut EyeHits) {
     let EyeHits { hits, list, count, args, states, radiance, .. } = eye;
-    let samples = LightSamples { count: choice.samples, candidates: choice.candidates, path: false };
+    let samples = LightSamples { count: choice.samples, candidates: choice.candidates, path: None };
     sample_lights(g, view, v, samples, LitHits { list, count, args, hits, states, radiance });
 }
 
@@ -315,8 +325,8 @@ pub(super) struct LightSamples {
     pub count: u32,
     /// Candidates of which each is chosen.
     pub candidates: u32,
-    /// Whether gathered lobes look for lights, too, as in path tracing.
-    pub path: bool,
+    /// Whether gathered lobes look for lights, too, as in path tracing, and of which kind that is.
+    pub path: Option<PathKind>,
 }
 
 /// Listed hits that lights are sampled at.
@@ -337,7 +347,8 @@ pub(super) fn sample_lights(g: &mut Graph, view: View<'_>, v: Variant, samples: 
     let kernel = DirectLight {
         light_samples: samples.count,
         candidates: samples.candidates,
-        path: samples.path,
+        path: samples.path.is_some(),
+        told: samples.path == Some(PathKind::Told),
         ..DirectLight::of(&v)
     };
     let bind = DirectLightBindings { view, list, count, eye_hits: hits, radiance, states };

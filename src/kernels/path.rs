@@ -4,12 +4,21 @@
 //! and one more that goes on there by a gathered lobe. Emitters that gathered lobes hit and those that light samples
 //! hit share the light by the balance heuristic (Veach 1997, section 9.2.2). A path that was followed through mirrors
 //! and glass counts what it hits in full: light samples see no way there.
+//!
+//! With a gather of caustic photons, light that reaches a gathering surface by way of mirrors and glass alone is what
+//! the photons bring, at every such surface of a path; what paths find of it by themselves is left out. The first such
+//! surface of a path sees it in the layer of caustics, others in that of other light.
 
 use super::Items;
 use super::eye::{
-    self, Children, EyeHits, EyeSettings, EyeState, EyeTrace, LightChoice, LightSamples, LitHits, Paths, SlotList, View,
+    self, Children, EyeHits, EyeSettings, EyeState, EyeTrace, LightChoice, LightSamples, LitHits, PathKind, Paths,
+    SlotList, View,
 };
-use super::generated::{PathLayers, PathLayersBindings, PathLayersParams, PathScatter, PathScatterBindings};
+use super::gather::Points;
+use super::generated::{
+    PathGather, PathGatherBindings, PathHits, PathHitsBindings, PathLayers, PathLayersBindings, PathLayersParams,
+    PathScatter, PathScatterBindings,
+};
 use super::scene_data::Variant;
 use crate::constants::PATH_DEPTH_MASK;
 use crate::graph::{Buf, Graph, Grid};
@@ -43,11 +52,21 @@ pub struct PathLight {
     pub truncated: Buf<u32>,
 }
 
-/// Adds the passes of path tracing.
-pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSettings) -> PathLight {
+/// Writes the light of caustic photons at the listed hits: two vectors for a slot, of which the first counts.
+pub type Gather<'a> = dyn FnMut(&mut Graph, Points<'_>, &mut Buf<[f32; 4]>) + 'a;
+
+/// Adds the passes of path tracing; with `caustics` for what photons bring.
+pub fn trace(
+    g: &mut Graph,
+    view: View<'_>,
+    variant: Variant,
+    settings: PathSettings,
+    mut caustics: Option<&mut Gather<'_>>,
+) -> PathLight {
     let pixels = settings.pixels;
-    let eye_settings =
-        EyeSettings { pixels, slots: 1, max_depth: settings.max_depth.min(MOST_DEPTH), aov: settings.aov, path: true };
+    let max_depth = settings.max_depth.min(MOST_DEPTH);
+    let path = if caustics.is_some() { PathKind::Told } else { PathKind::Alone };
+    let eye_settings = EyeSettings { pixels, slots: 1, max_depth, aov: settings.aov, path: Some(path) };
     // Three layers: direct light, then pairs of caustic and other light.
     let mut state = EyeState { paths: Paths::new(g, pixels), result: EyeHits::new(g, eye_settings, 3 * pixels) };
     g.fill(&mut state.result.radiance, 0);
@@ -57,6 +76,9 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
         let mut children = g.scope("eye bounce", |g| eye::bounce(g, eye, &list, &mut state));
         if settings.lights.samples > 0 {
             g.scope("direct light", |g| light_samples(g, eye, settings.lights, &list, &mut state));
+        }
+        if let Some(gather) = &mut caustics {
+            g.scope("gather", |g| add_caustics(g, eye, *gather, &list, &mut state));
         }
         g.scope("path scatter", |g| scatter(g, eye, &list, &mut state, &mut children));
         if step < eye_settings.max_depth {
@@ -72,10 +94,34 @@ pub fn trace(g: &mut Graph, view: View<'_>, variant: Variant, settings: PathSett
 fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, lights: LightChoice, list: &SlotList, state: &mut EyeState) {
     let EyeHits { hits, radiance, .. } = &mut state.result;
     let LightChoice { samples: count, candidates } = lights;
-    let samples = LightSamples { count, candidates, path: true };
+    let samples = LightSamples { count, candidates, path: eye.settings.path };
     let states = &state.paths.states;
     let lit = LitHits { list: &list.list, count: &list.count, args: &list.args, hits, states, radiance };
     eye::sample_lights(g, eye.view, eye.variant, samples, lit);
+}
+
+/// Adds the light of caustic photons at the hits of this step.
+fn add_caustics(g: &mut Graph, eye: EyeTrace<'_>, gather: &mut Gather<'_>, list: &SlotList, state: &mut EyeState) {
+    let mut flags = g.buffer("path_hit_flags", list.list.len());
+    let bind = PathHitsBindings {
+        list: &list.list,
+        count: &list.count,
+        radiance: &state.result.radiance,
+        hit_flags: &mut flags,
+    };
+    g.dispatch(PathHits, Grid::Indirect(&list.args), (), bind);
+    let hits = SlotList::select(g, Items::Counted(&list.count), &flags, &list.list, eye.settings.pixels);
+    let mut gathered = g.buffer("path_gathered", 2 * eye.settings.pixels);
+    g.fill(&mut gathered, 0);
+    gather(g, Points::listed(&state.result.hits, &hits, eye.view.scene), &mut gathered);
+    let bind = PathGatherBindings {
+        camera: eye.view.camera,
+        list: &hits.list,
+        count: &hits.count,
+        gathered: &gathered,
+        radiance: &mut state.result.radiance,
+    };
+    g.dispatch(PathGather, Grid::Indirect(&hits.args), (), bind);
 }
 
 /// Goes on by the gathered lobes of the hits of this step.

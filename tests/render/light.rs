@@ -353,6 +353,21 @@ fn light_through_glass_as_by_late_photons() {
     assert!(!changed.test(&photons).passed, "brighter materials must be noticed");
 }
 
+/// Path tracing that photons tell of caustics: all light is there, and no path is counted twice, in mirrors and glass
+/// and beside them.
+#[test]
+fn paths_with_photons_as_by_late_photons() {
+    let (scene, size, part) = (still_life(), [96, 72], (&[""][..], 12));
+    let found = render(&scene, &settings(Method::Hybrid, size, 65_536), LATE..LATE + 64, part);
+    let photons = render(&scene, &settings(Method::Photons, size, 65_536), LATE..LATE + 32, part);
+    assert!(found.test(&photons).passed);
+    let mut changed = scene;
+    changed.materials.iter_mut().for_each(|m| m.base_color[1] *= 1.1);
+    let changed = render(&changed, &settings(Method::Hybrid, size, 65_536), LATE + 64..LATE + 128, part);
+    assert!(!changed.test(&photons).passed, "brighter materials must be noticed");
+    proof::by_answer(&["path_hits", "path_gather"]);
+}
+
 /// A scene and the blocks of its reference, if there are any on this machine.
 fn reference(name: &str, size: [u32; 2], side: usize) -> Option<(Scene, Blocks)> {
     let folder = shared::path(&format!("scenes/{name}"))?;

@@ -7,6 +7,7 @@ mod estimators;
 mod faults;
 mod light;
 mod media;
+mod mixed;
 mod path;
 mod photon_build;
 mod sampling;

@@ -12,6 +12,7 @@ use nephroid::low_level::scene::shapes::Mesh;
 use nephroid::low_level::scene::{Alpha, Camera, Environment, Light, Limits, Material, Projection, Scene, load};
 
 use crate::support::device::runtime;
+use crate::support::lab::asset;
 use crate::support::proof;
 use crate::support::shared;
 use crate::support::ztest::{ZTest, z_test};
@@ -125,6 +126,23 @@ fn furnaces_have_their_answers() {
     // Paths through glass to a room that reflects: radiance is 1 everywhere, seen by way of whatever reflects all.
     render(&furnace(Some(Material::glass(1.5)), 0.5, 0.5), &path(32), 32, 0..64).assert_value("glass in a room", 1.0);
     proof::by_answer(&["path_scatter"]);
+}
+
+/// Where nothing can focus light, no photon is traced, and the picture has the bits of path tracing.
+#[test]
+fn without_casters_hybrid_is_path_tracing() {
+    let runtime = runtime();
+    let take = |name: &str, method| {
+        let settings = Settings { width: 32, height: 24, method, ..Settings::default() };
+        let mut session = Session::new(runtime.device(), asset(name), settings).expect("a session");
+        (0..2).for_each(|index| session.run_pass(index).expect("a pass"));
+        (session.film().expect("a film").sums, session.photons_per_pass())
+    };
+    let (by_paths, _) = take("cornell", Method::Path);
+    assert!(take("cornell", Method::Hybrid) == (by_paths, (0, 0)));
+    assert!(take("cornell-glass", Method::Hybrid).0 != take("cornell-glass", Method::Path).0, "the test can fail");
+    let (caustic, global) = take("cornell-glass", Method::Hybrid).1;
+    assert!(caustic > 0 && global == 0, "{caustic} {global}");
 }
 
 /// Half the side of the square light and its height over the floor.

@@ -33,6 +33,7 @@ bool shadow_stops = false; // rays stop at holes
 layout(constant_id = 21) const uint LIGHT_SAMPLES = 1;
 layout(constant_id = 23) const uint CANDIDATES = 1; // of which each sample is chosen
 layout(constant_id = 22) const bool PATH = false; // path tracing: lights with an extent are found by both strategies
+layout(constant_id = 24) const bool TOLD = false; // photons bring what reaches a surface by mirrors and glass alone
 
 // A hit to light.
 struct Lit {
@@ -41,6 +42,7 @@ struct Lit {
     vec3 to_eye;
     vec3 through;
     uint depth;  // of the path
+    bool again;  // the path was scattered widely before
     uint medium; // around it there
 };
 
@@ -63,7 +65,7 @@ Candidate candidate(Lit at, uint key, uint index) {
     vec3 f = uintBitsToFloat(at.hit.b.xyz);
     if (GLOSSY && !is_lambert(s)) {
         f = at.through * gathered_bsdf(s, at.to_eye, l.to_light);
-        if (l.delta) f += at.through * followed_bsdf(s, at.to_eye, l.to_light);
+        if (l.delta && !(TOLD && at.again)) f += at.through * followed_bsdf(s, at.to_eye, l.to_light);
     }
     if (PATH && !l.delta) {
         f *= balance(l.density, gathered_density(s, at.to_eye, l.to_light, at.depth >= ROULETTE_DEPTH));
@@ -118,6 +120,7 @@ void main() {
     at.hit = eye_hits[slot];
     at.s = surface_of(at.hit, at.to_eye, at.through);
     at.depth = depth;
+    at.again = TOLD && (states[slot] & PATH_DIFFUSE) != 0u;
     at.medium = ABSORPTION || (ALPHA_MASK && GLASS) ? states[slot] & PATH_MEDIUM_MASK : 0u;
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ SALT_DIRECT_LIGHT);
     if (PATH) key = hash2(key, depth);

@@ -15,6 +15,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 20) const bool AOV = false;
 layout(constant_id = 21) const uint MAX_DEPTH = 24;
 layout(constant_id = 22) const bool PATH = false; // path tracing: gathered lobes continue paths, too
+layout(constant_id = 23) const bool TOLD = false; // photons bring what reaches a surface by mirrors and glass alone
 
 layout(set = 0, binding = 16, scalar) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer Count { uint count[]; };
@@ -96,6 +97,7 @@ void add_emission(uint slot, uint state, vec3 light, float light_density) {
     uint place = slot;
     if (PATH) {
         float density = rays[2u * slot + 1u].w;
+        if (TOLD && is_told(state, density > 0.0)) return;
         if (density > 0.0) light *= balance(density, light_density);
         place = path_place(slot, path_layer(state, density > 0.0), camera[0].pixels);
     }

@@ -118,6 +118,12 @@ impl<'a> Points<'a> {
         Self { hits: &eye.hits, list: &eye.list, count: &eye.count, args: &eye.args, pass, lobes }
     }
 
+    /// The hits of a list of slots.
+    pub(in crate::kernels) fn listed(hits: &'a Buf<EyeHit>, slots: &'a SlotList, scene: &'a SceneBuffers) -> Self {
+        let (pass, lobes) = (&*scene.pass, &*scene.lobes);
+        Self { hits, list: &slots.list, count: &slots.count, args: &slots.args, pass, lobes }
+    }
+
     /// Those in a list of slots.
     pub(super) fn part<'b>(self, slots: &'b SlotList) -> Points<'b>
     where

@@ -14,11 +14,12 @@ pub struct PhotonBudget {
 
 impl PhotonBudget {
     /// Photons of a pass. There are none if the method emits none or the scene has no lights or surfaces; there are
-    /// caustic photons only where something can focus light.
+    /// caustic photons only where something can focus light, and others only if the method uses them.
     pub fn of(device: &DeviceScene, settings: &Settings) -> Self {
         let total = settings.photon_count();
         let none = device.light_count == 0 || device.triangle_count == 0 || total == 0;
-        if none || !settings.method.traits().emits_photons {
+        let traits = settings.method.traits();
+        if none || !traits.emits_photons {
             return Self { emissions: vec![], capacity: 0 };
         }
         let global = |count: u32| Emission {
@@ -30,19 +31,20 @@ impl PhotonBudget {
             largest: settings.largest_footprint,
         };
         let caustic_count = total / 2;
-        let emissions = if device.caster_count > 0 && caustic_count > 0 {
-            let caustic = Emission {
-                count: caustic_count,
-                caustic: true,
-                smoothing: settings.caustic_smoothing,
-                max_bounces: settings.photon_bounces.min(settings.eye_depth),
-                footprint: settings.footprint,
-                largest: settings.largest_footprint,
-            };
-            vec![caustic, global(total - caustic_count)]
-        } else {
-            vec![global(total)]
-        };
+        let focuses = device.caster_count > 0 && caustic_count > 0;
+        let caustic = focuses.then(|| Emission {
+            count: caustic_count,
+            caustic: true,
+            smoothing: settings.caustic_smoothing,
+            max_bounces: settings.photon_bounces.min(settings.eye_depth),
+            footprint: settings.footprint,
+            largest: settings.largest_footprint,
+        });
+        let others = traits.emits_global_photons.then(|| global(if focuses { total - caustic_count } else { total }));
+        let emissions: Vec<Emission> = caustic.into_iter().chain(others).collect();
+        if emissions.is_empty() {
+            return Self { emissions, capacity: 0 };
+        }
         let capacity = u64::from(total) * 2;
         Self { emissions, capacity: capacity.min(u64::from(device.most_deposits)) as u32 }
     }

@@ -12,7 +12,7 @@ pub fn look(g: &mut Graph, at: BandView<'_>) -> (EyeHits, Buf<[f32; 4]>) {
     let (device, settings) = (at.content.device, at.content.settings);
     let slots = at.content.slots();
     let eye_settings =
-        EyeSettings { pixels: at.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers, path: false };
+        EyeSettings { pixels: at.pixels, slots, max_depth: settings.eye_depth, aov: settings.layers, path: None };
     let mut hits = g.scope("eye paths", |g| eye::trace(g, at.view(), device.variant, eye_settings));
     if device.light_count > 0 {
         // A single light without extent has nothing to choose; otherwise a few shadow rays cost little of a pass.

@@ -18,8 +18,10 @@ pub fn prepare(
     budget: &PhotonBudget,
 ) -> Box<dyn Transport> {
     match content.settings.method {
-        Method::Photons => Box::new(Photons::prepare(g, content, buffers, budget)),
-        Method::Path => Box::new(EyePaths),
+        // Of its other passes another session has the plan.
+        Method::Mixed | Method::Photons => Box::new(Photons::prepare(g, content, buffers, budget)),
+        Method::Hybrid => Box::new(EyePaths::with_caustics(g, content, buffers, budget)),
+        Method::Path => Box::new(EyePaths::alone()),
         Method::Light => Box::new(LightPaths::prepare(g, content, buffers, budget)),
     }
 }

@@ -1,26 +1,71 @@
-//! Path tracing ([`Method::Path`](crate::render::Method::Path)): paths from the eye find all light by themselves.
+//! Path tracing ([`Method::Path`](crate::render::Method::Path)): paths from the eye find all light by themselves. With
+//! photons ([`Method::Hybrid`](crate::render::Method::Hybrid)) they are told of caustics wherever they come.
 
+use super::budget::PhotonBudget;
+use super::content::Content;
+use super::emission;
+use super::estimator::{self, Structure};
 use super::transport::{BandLight, BandView, Transport};
-use crate::graph::Graph;
+use crate::graph::{Buf, Graph};
+use crate::kernels::deposits::Deposits;
 use crate::kernels::eye::LightChoice;
+use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::path::{self, PathLight, PathSettings};
+use crate::kernels::scene_data::SceneBuffers;
 
-/// Paths from the eye: nothing has to be prepared for them.
-pub struct EyePaths;
+/// Paths from the eye, and the caustic photons that they gather.
+pub struct EyePaths(Option<(Deposits, Structure)>);
+
+impl EyePaths {
+    /// Without photons: nothing has to be prepared.
+    pub fn alone() -> Self {
+        Self(None)
+    }
+
+    /// With the photons of the budget, which are caustic ones; without any, the same as [`Self::alone`].
+    pub fn with_caustics(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
+        Self(emission::photons(g, content, buffers, budget).map(|mut deposits| {
+            let structure = g.scope("photon map", |g| estimator::build(g, content, &mut deposits));
+            (deposits, structure)
+        }))
+    }
+}
 
 impl Transport for EyePaths {
     /// Paths may meet as many surfaces as photons may or eye paths may, whichever is more: mirrors and glass count like
     /// the others. One light sample is taken at each surface; the sample of the lobes is the other strategy.
     fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
-        let (device, settings) = (at.content.device, at.content.settings);
+        let Content { device, settings, .. } = at.content;
         let path_settings = PathSettings {
             pixels: at.pixels,
             max_depth: settings.photon_bounces.max(settings.eye_depth),
             lights: LightChoice::new(device.light_count, 1),
             aov: settings.layers,
         };
-        let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings));
+        let program = Program {
+            count_pairs: settings.count_pairs,
+            loop_limit: device.loop_limit,
+            walk: settings.sampling.walk(),
+            ..Program::of(device.variant, settings.weight)
+        };
+        let size = [settings.width, settings.height];
+        let band = Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels };
+        let mut gather = self.0.as_mut().map(|(deposits, structure)| {
+            move |g: &mut Graph, points: Points<'_>, target: &mut Buf<[f32; 4]>| {
+                estimator::gather(g, program, (structure, deposits), (points, band), target);
+            }
+        });
+        let caustics = gather.as_mut().map(|gather| gather as &mut path::Gather<'_>);
+        let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings, caustics));
         let PathLight { radiance, gathered, aov_first, truncated } = paths;
         BandLight { radiance, gathered, aov_first, truncated }
+    }
+
+    fn deposits(&self) -> Option<&Deposits> {
+        self.0.as_ref().map(|(deposits, _)| deposits)
+    }
+
+    fn counts(&self, g: &mut Graph) -> Vec<(&'static str, Buf<u32>)> {
+        self.0.as_ref().map_or(vec![], |(_, structure)| estimator::counts(g, structure))
     }
 }

@@ -7,7 +7,7 @@ use crate::kernels::photon::Emission;
 use crate::kernels::photon::Footprint;
 use crate::render::pass::budget::PhotonBudget;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::{Estimator, Method, Sampling, Scale, Settings};
+use crate::render::settings::{Estimator, Sampling, Scale, Settings};
 
 /// The model of errors of a render with these settings, which estimates light by `estimator`.
 pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
@@ -19,7 +19,7 @@ pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budge
 fn bias(settings: &Settings, estimator: Estimator, budget: &PhotonBudget) -> Bias {
     let whole = matches!(settings.sampling, Sampling::Full)
         || matches!(settings.sampling, Sampling::Stochastic { scale: Scale::Unbiased, .. });
-    if settings.method != Method::Photons || budget.emissions.is_empty() {
+    if !settings.method.traits().estimates_density || budget.emissions.is_empty() {
         Bias::None
     } else if estimator == Estimator::Knn || matches!(settings.footprint, Footprint::Fixed(_)) || !whole {
         Bias::Unknown

@@ -6,6 +6,7 @@ use crate::film::accumulate::{Film, LAYER_SUMS, SUMS};
 use crate::film::error_estimate::{ErrorEstimate, Model, Schedule};
 use crate::film::exact::ExactSum;
 use crate::film::film_file::Totals;
+use crate::film::mix::Mix;
 use crate::picture::image::Picture;
 use crate::render::settings::Settings;
 
@@ -16,6 +17,10 @@ impl Session {
         let mut film = Film::new(width, height, self.device_scene.exponents, layers);
         film.passes = self.passes.clone();
         film.rejected = self.rejected()?;
+        if let Some(other) = &self.other {
+            let theirs = other.session.film()?;
+            film.mix = Some(Mix { turns: other.turns, sums: theirs.sums, layers: theirs.layers });
+        }
         if self.stale_film {
             return Ok(film);
         }
@@ -51,7 +56,8 @@ impl Session {
     /// [`Error::Usage`](crate::error::Error::Usage) if size, layers or units differ.
     pub fn restore(&mut self, film: &Film) -> Result<()> {
         let Settings { width, height, layers, .. } = self.settings;
-        Film::new(width, height, self.device_scene.exponents, layers).merge(film)?;
+        let turns = self.other.as_ref().map(|other| other.turns);
+        Film::new(width, height, self.device_scene.exponents, layers).with_turns(turns).merge(film)?;
         for band in &self.state.bands {
             let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
             let sums: Vec<[u32; 4]> = places.clone().flat_map(|place| film.sums[place].map(ExactSum::words)).collect();
@@ -62,6 +68,12 @@ impl Session {
             }
         }
         self.runtime.overwrite(&self.state.rejected, &[0])?;
+        if let (Some(other), Some(mix)) = (&mut self.other, &film.mix) {
+            let mut theirs = Film::new(width, height, film.exponents, false);
+            theirs.passes = film.split_passes()[1].clone();
+            (theirs.sums, theirs.layers) = (mix.sums.clone(), mix.layers.clone());
+            other.session.restore(&theirs)?;
+        }
         self.stale_film = false;
         self.rejected_before = film.rejected;
         self.passes = film.passes.clone();
@@ -89,7 +101,7 @@ impl Session {
 
     /// The error of a film of this render or of a part of it.
     pub fn error_of(&self, film: &Film) -> ErrorEstimate {
-        let schedule = Schedule::of(&film.passes, |index| self.settings.radius_scale(index));
+        let schedule = Schedule::of(&film.split_passes()[0], |index| self.settings.radius_scale(index));
         ErrorEstimate::of(film, schedule, self.error_model())
     }
 
@@ -100,10 +112,11 @@ impl Session {
 
     /// Values in the film's passes that were not finite and count as black.
     pub(super) fn rejected(&self) -> Result<u64> {
+        let theirs = self.other.as_ref().map_or(Ok(0), |other| other.session.rejected())?;
         if self.stale_film {
-            return Ok(self.rejected_before);
+            return Ok(self.rejected_before + theirs);
         }
-        Ok(self.rejected_before + u64::from(self.runtime.download(&self.state.rejected)?[0]))
+        Ok(self.rejected_before + theirs + u64::from(self.runtime.download(&self.state.rejected)?[0]))
     }
 
     /// Row-major index of the pixel with this index on the device.

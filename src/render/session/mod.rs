@@ -10,12 +10,14 @@ mod passes;
 mod pixels;
 mod report;
 mod statistics;
+mod turns;
 mod update;
 
 use std::sync::Arc;
 
 use crate::error::Result;
 use crate::film::accumulate::PassSet;
+use crate::film::mix::Turns;
 use crate::graph::Runtime;
 use crate::render::pass::budget::PhotonBudget;
 use crate::render::pass::content::Content;
@@ -24,7 +26,7 @@ use crate::render::pass::leaf_size;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
 use crate::render::scene::upload::DeviceScene;
-use crate::render::settings::Settings;
+use crate::render::settings::{Method, Settings};
 use crate::scene::Scene;
 use crate::vk::Device;
 
@@ -34,7 +36,7 @@ pub use update::Updated;
 /// A render in progress.
 pub struct Session {
     runtime: Runtime,
-    scene: Scene,
+    scene: Arc<Scene>,
     device_scene: DeviceScene,
     settings: Settings,
     budget: PhotonBudget,
@@ -50,6 +52,16 @@ pub struct Session {
     automatic_leaf: bool,
     /// It is to be found out again before the next pass.
     stale_leaf: bool,
+    /// Passes of another method, where methods take turns.
+    other: Option<Box<Other>>,
+}
+
+/// The passes that are not the session's own.
+struct Other {
+    turns: Turns,
+    session: Session,
+    /// The last pass was one of them.
+    was_last: bool,
 }
 
 impl Session {
@@ -58,11 +70,27 @@ impl Session {
     /// # Errors
     /// Those of [`Scene::validate_references`] and [`Settings::validate`];
     /// [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit the device.
-    pub fn new(device: &Arc<Device>, scene: Scene, mut settings: Settings) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, scene: Scene, settings: Settings) -> Result<Self> {
         scene.validate_references()?;
         settings.validate(&scene, device)?;
         let runtime = &Runtime::new(device.clone());
-        let mut device_scene = DeviceScene::new(runtime, &scene, &settings)?;
+        let device_scene = DeviceScene::new(runtime, &scene, &settings)?;
+        let scene = Arc::new(scene);
+        let mut other = None;
+        if settings.method == Method::Mixed {
+            let on_device = (scene.clone(), device_scene.clone());
+            let session = Self::over(runtime, on_device, turns::settings_of_paths(&settings))?;
+            other = Some(Box::new(Other { turns: turns::turns(&device_scene), session, was_last: false }));
+        }
+        Ok(Self { other, ..Self::over(runtime, (scene, device_scene), settings)? })
+    }
+
+    /// A session of one method over a scene that is on the device.
+    fn over(
+        runtime: &Runtime,
+        (scene, mut device_scene): (Arc<Scene>, DeviceScene),
+        mut settings: Settings,
+    ) -> Result<Self> {
         device_scene.specialise(&settings);
         let budget = PhotonBudget::of(&device_scene, &settings);
         let automatic_leaf = settings.leaf_photons.is_none();
@@ -87,6 +115,7 @@ impl Session {
             stale_film: false,
             automatic_leaf,
             stale_leaf: false,
+            other: None,
         })
     }
 

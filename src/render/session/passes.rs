@@ -17,13 +17,26 @@ impl Session {
         if self.passes.contains(index) {
             return Err(Error::Usage(format!("pass {index} is in the film already")));
         }
-        self.repeat_pass(index)?;
+        let own = match &mut self.other {
+            Some(other) => {
+                let (is_other, own) = other.turns.of(index);
+                other.was_last = is_other;
+                if is_other {
+                    other.session.run_pass(own)?;
+                    self.passes.insert(index);
+                    return Ok(());
+                }
+                own
+            }
+            None => index,
+        };
+        self.repeat_pass(own)?;
         self.passes.insert(index);
         Ok(())
     }
 
-    /// The work of [`Self::run_pass`], any number of times, to measure it. Afterwards the film is no picture of the
-    /// scene.
+    /// The work of [`Self::run_pass`], any number of times, to measure it; where methods take turns, that of the first
+    /// one. Afterwards the film is no picture of the scene.
     ///
     /// # Errors
     /// Those of the device.

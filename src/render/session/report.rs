@@ -30,7 +30,11 @@ impl Session {
 
     /// Counts so far.
     pub fn statistics(&self) -> Result<Statistics> {
-        Ok(Statistics { rejected: self.rejected()?, ..self.statistics.clone() })
+        let mut statistics = self.statistics.clone();
+        if let Some(other) = &self.other {
+            statistics.add(&other.session.statistics);
+        }
+        Ok(Statistics { rejected: self.rejected()?, ..statistics })
     }
 
     /// Photons stored in the last pass, in order of emission; none unless
@@ -53,7 +57,10 @@ impl Session {
 
     /// Times of the scopes of the last pass.
     pub fn timings(&self) -> Vec<Timing> {
-        self.recording.timings()
+        match &self.other {
+            Some(other) if other.was_last => other.session.timings(),
+            _ => self.recording.timings(),
+        }
     }
 
     /// The plan of a pass as text.
@@ -73,7 +80,8 @@ impl Session {
 
     /// Bytes of transients on the device.
     pub fn transient_bytes(&self) -> u64 {
-        self.recording.device_bytes()
+        let theirs = self.other.as_ref().map_or(0, |other| other.session.transient_bytes());
+        self.recording.device_bytes() + theirs
     }
 
     /// How the light of the photons is estimated.

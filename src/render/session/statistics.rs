@@ -48,6 +48,23 @@ impl Statistics {
         Self { counters: COUNTERS.iter().map(|name| (*name, 0)).collect(), ..Self::default() }
     }
 
+    /// Adds the counts of other passes.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.passes += other.passes;
+        self.repeated += other.repeated;
+        self.photons += other.photons;
+        self.deposits += other.deposits;
+        for ((_, ours), (_, theirs)) in self.counters.iter_mut().zip(&other.counters) {
+            *ours += theirs;
+        }
+        self.photons_truncated += other.photons_truncated;
+        self.energies.iter_mut().zip(&other.energies).for_each(|(ours, theirs)| ours.add(theirs));
+        self.eye_paths_truncated += other.eye_paths_truncated;
+        self.pairs_tested += other.pairs_tested;
+        self.pairs_accepted += other.pairs_accepted;
+        self.seconds += other.seconds;
+    }
+
     /// As they are kept with a film.
     pub fn totals(&self) -> Totals {
         let map = |counts: &[(&str, u64)]| counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();

@@ -1,5 +1,7 @@
 //! Changes of a scene that is being rendered: what follows from them is redone, and nothing else.
 
+use std::sync::Arc;
+
 use super::changes::{Change, Changes, Effect, Step, Steps};
 use super::{Session, Statistics};
 use crate::error::{Error, Result};
@@ -60,16 +62,21 @@ impl Session {
         if let Some((index, fault)) = faults(&changes.0, &self.scene).next() {
             return Err(Error::Usage(format!("change {index}: {fault}")));
         }
+        let theirs = self.other.is_some().then(|| changes.clone());
         let mut effect = Effect::default();
         for change in &mut changes.0 {
-            change.exchange(&mut self.scene, &mut self.settings);
+            change.exchange(Arc::make_mut(&mut self.scene), &mut self.settings);
             effect = effect.and(change.stale(&self.scene, &self.settings));
         }
         if let Err(error) = self.settings.validate(&self.scene, self.runtime.device()) {
-            changes.0.iter_mut().rev().for_each(|change| change.exchange(&mut self.scene, &mut self.settings));
+            let scene = Arc::make_mut(&mut self.scene);
+            changes.0.iter_mut().rev().for_each(|change| change.exchange(scene, &mut self.settings));
             return Err(error);
         }
         let steps = self.redo(effect)?;
+        if let (Some(other), Some(changes)) = (&mut self.other, theirs) {
+            other.session.update(changes)?;
+        }
         Ok(Updated { steps })
     }
 
@@ -79,6 +86,9 @@ impl Session {
         self.passes = PassSet::default();
         self.rejected_before = 0;
         self.stale_film = true;
+        if let Some(other) = &mut self.other {
+            other.session.reset();
+        }
     }
 
     fn redo(&mut self, effect: Effect) -> Result<Steps> {

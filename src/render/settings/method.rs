@@ -1,11 +1,17 @@
 //! The methods of light transport.
 
-/// Methods of light transport. The last two are references for the first: unbiased in what they see, and slow.
+/// Methods of light transport. The last two are references for the others: unbiased in what they see, and slow.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Method {
     /// Photon mapping.
     #[default]
     Photons,
+    /// Path tracing, and photons for what it cannot find: light that reaches a surface by way of mirrors and glass
+    /// alone. Where nothing can focus light, this is [`Self::Path`], and no photon is traced.
+    Hybrid,
+    /// Passes of [`Self::Photons`] and of [`Self::Hybrid`] in turns, and a picture that takes from both what serves it
+    /// best ([`crate::film::mix`]): for rooms and outdoors.
+    Mixed,
     /// Paths from the eye with next-event estimation and multiple importance sampling. They cannot find caustics of
     /// lights without extent, and seldom find those of small lights.
     Path,
@@ -20,6 +26,10 @@ pub enum Method {
 pub struct Traits {
     /// Photons leave the lights.
     pub emits_photons: bool,
+    /// Those that met a surface that scatters widely are of use, too.
+    pub emits_global_photons: bool,
+    /// Paths from the eye go on where they meet surfaces that scatter widely.
+    pub traces_paths: bool,
     /// Light is estimated from the density of photons, so there is an estimator, and pictures have a bias that shrinks.
     pub estimates_density: bool,
     /// Eye paths may split at their surfaces.
@@ -35,20 +45,25 @@ impl Method {
     pub const fn traits(self) -> Traits {
         let photons = Traits {
             emits_photons: true,
+            emits_global_photons: true,
+            traces_paths: false,
             estimates_density: true,
             splits_eye_paths: true,
             takes_lens: true,
             takes_blinn_phong: true,
         };
+        let hybrid = Traits {
+            emits_global_photons: false,
+            traces_paths: true,
+            splits_eye_paths: false,
+            takes_blinn_phong: false,
+            ..photons
+        };
         match self {
+            Self::Mixed => Traits { takes_blinn_phong: false, ..photons },
             Self::Photons => photons,
-            Self::Path => Traits {
-                emits_photons: false,
-                estimates_density: false,
-                splits_eye_paths: false,
-                takes_blinn_phong: false,
-                ..photons
-            },
+            Self::Hybrid => hybrid,
+            Self::Path => Traits { emits_photons: false, estimates_density: false, ..hybrid },
             Self::Light => Traits { estimates_density: false, takes_lens: false, ..photons },
         }
     }

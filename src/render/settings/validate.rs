@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Estimator, Lens, Method, Record, Sampling, Settings, ranges};
+use super::{Estimator, Lens, PhotonBuild, Record, Sampling, Settings, ranges};
 use crate::error::{Error, Result, escaped};
 use crate::graph::DeviceClass;
 use crate::kernels::gather::Amplification;
@@ -120,9 +120,27 @@ impl Settings {
         if self.sampling != Sampling::Full && !traits.estimates_density {
             return refuse(&["method", "sampling"], "the method estimates no density, there is nothing to sample");
         }
-        if self.method == Method::Path && !ranges::DEPTH.contains(&self.photon_bounces) {
+        if traits.traces_paths && traits.estimates_density {
+            self.check_hybrid()?;
+        }
+        if traits.traces_paths && !ranges::DEPTH.contains(&self.photon_bounces) {
             let cause = format!("a path meets at most {} surfaces", ranges::DEPTH.end());
             return refuse(&["method", "photon_bounces"], &cause);
+        }
+        Ok(())
+    }
+
+    /// Paths gather anywhere, not only where a pixel sees it.
+    fn check_hybrid(&self) -> Result<()> {
+        let refuse = |settings, cause: &str| Err(Error::setting(settings, cause));
+        if matches!(self.sampling, Sampling::Regular(_)) {
+            return refuse(&["method", "sampling"], "paths have no neighbours in the picture to take light from");
+        }
+        if self.photon_build == PhotonBuild::Vvh {
+            return refuse(&["method", "photon_build"], "the host builds no tree between paths");
+        }
+        if self.estimator.is_some_and(|estimator| estimator == Estimator::Tiled || draws_bounds(estimator)) {
+            return refuse(&["method", "estimator"], "it works in the picture, and paths gather anywhere");
         }
         Ok(())
     }

@@ -1,0 +1,260 @@
+//! Films whose passes are of two methods: one that has little noise and may have a bias that it does not know of, and
+//! one that has more noise and none. Each has sums of its own; the picture takes from both what serves it best.
+//!
+//! Let p be the mean of the first at a pixel, t that of the second, with variances v_p and v_t, and b the bias of p.
+//! The sum p + w (t - p) has the least mean square error (1 - w)^2 (v_p + b^2) + w^2 v_t for
+//! w = (v_p + b^2) / (v_p + b^2 + v_t). Nobody knows b, but (t - p)^2 has the expectation b^2 + v_p + v_t: what it is
+//! above the variances, over a window of some pixels, is the bias. This shrinks an unbiased estimate towards a biased
+//! one as James and Stein (1961) shrink towards a point; Green and Strawderman (1991, "A James-Stein type estimator for
+//! combining unbiased and possibly biased estimators") give the positive part that is used here. As passes are added,
+//! v_t vanishes, w becomes 1 wherever there is a bias, and the picture is right.
+
+use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
+use super::exact::ExactSum;
+use crate::constants::FILM_SQUARES;
+
+/// Whose turn a pass is, by its global index: of `first + second` passes in a row, `first` are of the first method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Turns {
+    /// At least 1.
+    pub first: u32,
+    /// At least 1.
+    pub second: u32,
+}
+
+impl Turns {
+    /// Whether the pass is of the second method, and its index among those of its method.
+    pub fn of(self, index: u64) -> (bool, u64) {
+        let [first, second] = [self.first, self.second].map(u64::from);
+        let (round, place) = (index / (first + second), index % (first + second));
+        if place < first { (false, round * first + place) } else { (true, round * second + place - first) }
+    }
+
+    /// Passes of either method, by their indices among those of their method.
+    pub fn split(self, passes: &PassSet) -> [PassSet; 2] {
+        let [first, second] = [self.first, self.second].map(u64::from);
+        // Of the passes below an index, how many are of either method.
+        let below = |index: u64| {
+            let (round, place) = (index / (first + second), index % (first + second));
+            let firsts = round * first + place.min(first);
+            [firsts, index - firsts]
+        };
+        let mut split = [PassSet::default(), PassSet::default()];
+        for range in passes.ranges() {
+            let (starts, ends) = (below(range.start), below(range.end));
+            for (set, (start, end)) in split.iter_mut().zip(starts.into_iter().zip(ends)) {
+                set.unite(&PassSet::of(start..end));
+            }
+        }
+        split
+    }
+}
+
+/// The sums of the second method.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mix {
+    /// Which passes they are of.
+    pub turns: Turns,
+    /// As [`Film::sums`].
+    pub sums: Vec<[ExactSum; SUMS]>,
+    /// As [`Film::layers`].
+    pub layers: Vec<[ExactSum; LAYER_SUMS]>,
+}
+
+/// Pixels from the middle of a window to its side.
+const REACH: usize = 5;
+
+/// Standard deviation of the weights of a window, in pixels.
+const SPREAD: f64 = 2.5;
+
+/// By how much the squared difference of both means has to be above its expectation without bias, as a part of it: in a
+/// window of some thirty independent pixels it is that by chance in one of thirty.
+const MARGIN: f64 = 0.5;
+
+/// Mean and variance of the mean: three channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Estimate {
+    /// The mean of the passes.
+    mean: [f64; 3],
+    /// Its variance, from the spread of the passes; infinite for fewer than two.
+    variance: [f64; 3],
+}
+
+impl Estimate {
+    fn of(sums: &[ExactSum; SUMS], unit: f64, passes: u64) -> Self {
+        let n = passes as f64;
+        if passes == 0 {
+            return Self { mean: [0.0; 3], variance: [f64::INFINITY; 3] };
+        }
+        let sum = [0, 1, 2].map(|k| sums[k].to_f64() * unit);
+        let square = [0, 1, 2].map(|k| sums[FILM_SQUARES as usize + k].to_f64() * unit * unit);
+        let variance = |k: usize| {
+            let total = square[k] - sum[k] * sum[k] / n;
+            // Squares beyond the range of the sums are cut, as if one pass had brought everything; else it is rounding.
+            let cut = total < -sum[k] * sum[k] / n / f64::from(1u32 << 20);
+            if cut { (sum[k] / n).powi(2) } else { total.max(0.0) / (n - 1.0) / n }
+        };
+        let variance = [0, 1, 2].map(|k| if passes < 2 { f64::INFINITY } else { variance(k) });
+        Self { mean: sum.map(|x| x / n), variance }
+    }
+}
+
+/// What the film of two methods says of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixed {
+    /// Weight of the second method, 0 to 1.
+    pub weight: f64,
+    /// Squared bias of the first method, per channel: the mean over a window.
+    pub squared_bias: f64,
+}
+
+/// For each pixel, what of the second method goes into the picture; nothing for films of one method.
+pub fn mixed(film: &Film) -> Vec<Mixed> {
+    let Some(mix) = &film.mix else { return vec![] };
+    let unit = 2f64.powi(film.exponents[0]);
+    let [first, second] = mix.turns.split(&film.passes).map(|passes| passes.count());
+    if first < 2 || second < 2 {
+        // Nothing is known of the noise of one of them.
+        let weight = if second > first { 1.0 } else { 0.0 };
+        return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
+    }
+    let both = [(&film.sums, first), (&mix.sums, second)]
+        .map(|(sums, passes)| sums.iter().map(|sums| Estimate::of(sums, unit, passes)).collect());
+    compared(&both, film.width as usize).into_iter().map(best).collect()
+}
+
+/// Means over windows: variance of the first, variance of the second, squared difference; sums over channels.
+fn compared([first, second]: &[Vec<Estimate>; 2], width: usize) -> Vec<[f64; 3]> {
+    let of = |(p, t): (&Estimate, &Estimate)| {
+        let difference = (0..3).map(|k| (p.mean[k] - t.mean[k]).powi(2)).sum::<f64>();
+        [p.variance.iter().sum::<f64>(), t.variance.iter().sum::<f64>(), difference]
+    };
+    blurred(&first.iter().zip(second).map(of).collect::<Vec<_>>(), width)
+}
+
+/// The best weight for these variances and this squared difference.
+fn best([p, t, difference]: [f64; 3]) -> Mixed {
+    let bias = (difference - (p + t) * (1.0 + MARGIN)).max(0.0);
+    let sum = p + bias + t;
+    Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
+}
+
+/// Means over windows with the weights of a bell curve.
+fn blurred(numbers: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
+    let height = numbers.len() / width.max(1);
+    let weight = |d: usize| (-0.5 * (d as f64 / SPREAD).powi(2)).exp();
+    let pass = |source: &[[f64; 3]], length: usize, place: &dyn Fn(usize, usize) -> usize, lines: usize| {
+        let mut result = vec![[0.0; 3]; source.len()];
+        for line in 0..lines {
+            for at in 0..length {
+                let (mut sum, mut total) = ([0.0; 3], 0.0);
+                for near in at.saturating_sub(REACH)..(at + REACH + 1).min(length) {
+                    let g = weight(near.abs_diff(at));
+                    let value = source[place(line, near)];
+                    sum = std::array::from_fn(|k| sum[k] + g * value[k]);
+                    total += g;
+                }
+                result[place(line, at)] = sum.map(|x| x / total);
+            }
+        }
+        result
+    };
+    let rows = pass(numbers, width, &|line, at| line * width + at, height);
+    pass(&rows, height, &|line, at| at * width + line, width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    const TURNS: Turns = Turns { first: 2, second: 3 };
+
+    #[test]
+    fn every_pass_is_of_one_method() {
+        let of = |index| TURNS.of(index);
+        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [(false, 0), (false, 1), (true, 0), (true, 1), (true, 2), (false, 2)]);
+        for range in [0..0, 0..5, 1..3, 7..40, (1 << 32) - 7..1 << 32] {
+            let mut expected = [PassSet::default(), PassSet::default()];
+            for index in range.clone() {
+                let (second, own) = TURNS.of(index);
+                assert!(expected[usize::from(second)].insert(own), "pass {index} twice");
+            }
+            assert_eq!(TURNS.split(&PassSet::of(range.clone())), expected, "{range:?}");
+        }
+        // Ranges apart from each other stay apart or grow together, whichever their passes do.
+        let apart: PassSet = "0..2,5..7".parse().expect("a set");
+        assert_eq!(TURNS.split(&apart)[0].to_string(), "0..4");
+        assert_eq!(TURNS.split(&apart)[1].to_string(), "");
+    }
+
+    /// A film of 40 x 30 pixels: the first method has noise of 0.02 about 1 plus a bias that grows from left to right,
+    /// the second noise of 0.2 about 1.
+    fn film(passes: u64, bias: f64) -> Film {
+        let mut film = Film::new(40, 30, [3, 0], false).with_turns(Some(TURNS));
+        film.passes = PassSet::of(0..passes);
+        let mut random = Random(7);
+        let mut mix = film.mix.take().expect("a second method");
+        for index in 0..passes {
+            let (second, _) = TURNS.of(index);
+            let (target, noise) = if second { (&mut mix.sums, 0.2) } else { (&mut film.sums, 0.02) };
+            for (pixel, sums) in target.iter_mut().enumerate() {
+                let offset = if second { 0.0 } else { bias * (pixel % 40) as f64 / 39.0 };
+                for k in 0..3 {
+                    let value = ((1.0 + offset + noise * f64::from(random.normal())) / 8.0) as f32;
+                    sums[k] = sums[k].plus(value);
+                    sums[3 + k] = sums[3 + k].plus(value * value);
+                }
+            }
+        }
+        film.mix = Some(mix);
+        film
+    }
+
+    fn mean_square_error(film: &Film, columns: std::ops::Range<usize>) -> f64 {
+        let picture = film.picture();
+        let wanted = |(i, _): &(usize, &f32)| columns.contains(&(i / 3 % 40));
+        let errors: Vec<f64> =
+            picture.layers[0].data.iter().enumerate().filter(wanted).map(|(_, x)| f64::from(x - 1.0).powi(2)).collect();
+        errors.iter().sum::<f64>() / errors.len() as f64
+    }
+
+    #[test]
+    fn a_bias_that_the_second_method_shows_goes_and_the_rest_stays() {
+        let passes = 500;
+        let film = film(passes, 0.3);
+        let (first, second) = (0.02f64.powi(2) / 200.0, 0.2f64.powi(2) / 300.0);
+        // On the right the first method alone would be off by 0.3, on the left it has a sixtieth of the noise.
+        let (left, right) = (mean_square_error(&film, 0..1), mean_square_error(&film, 36..40));
+        println!("left {left:.2e} of {second:.2e}, right {right:.2e}");
+        assert!((0.8 * second..1.2 * second).contains(&right), "{right} for {second}");
+        let unbiased = mean_square_error(&super::tests::film(passes, 0.0), 0..40);
+        println!("without bias {unbiased:.2e} of {first:.2e}");
+        assert!(unbiased < 4.0 * first, "{unbiased} for {first} of the first method alone and {second} of the second");
+        let weights = mixed(&film);
+        assert!(weights[20 * 40 + 38].weight > 0.98 && weights.iter().all(|w| (0.0..=1.0).contains(&w.weight)));
+        let bias = weights[20 * 40 + 38].squared_bias.sqrt();
+        assert!((bias / 0.29 - 1.0).abs() < 0.1, "{bias}");
+    }
+
+    #[test]
+    fn films_of_few_passes_are_those_of_the_method_that_has_more() {
+        for passes in [0, 1, 2, 3] {
+            assert!(mixed(&film(passes, 0.3)).iter().all(|w| w.weight == 0.0), "{passes} passes");
+        }
+        let mut late = film(5, 0.3);
+        late.passes = PassSet::of(2..5);
+        assert!(mixed(&late).iter().all(|w| w.weight == 1.0), "only the second has passes");
+        assert_eq!(mixed(&Film::new(2, 2, [0; 2], false)), []);
+    }
+
+    #[test]
+    fn parts_add_up() {
+        let whole = film(20, 0.1);
+        let mut sum = Film { passes: PassSet::of(0..0), ..Film::new(40, 30, [3, 0], false).with_turns(Some(TURNS)) };
+        sum.merge(&whole).expect("the same turns");
+        assert_eq!(sum, whole);
+        let other = Film::new(40, 30, [3, 0], false).with_turns(Some(Turns { first: 1, second: 3 }));
+        assert!(sum.merge(&other).is_err() && sum.merge(&Film::new(40, 30, [3, 0], false)).is_err());
+    }
+}
