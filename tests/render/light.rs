@@ -358,12 +358,12 @@ fn light_through_glass_as_by_late_photons() {
 #[test]
 fn paths_with_photons_as_by_late_photons() {
     let (scene, size, part) = (still_life(), [96, 72], (&[""][..], 12));
-    let found = render(&scene, &settings(Method::Hybrid, size, 65_536), LATE..LATE + 64, part);
-    let photons = render(&scene, &settings(Method::Photons, size, 65_536), LATE..LATE + 32, part);
+    let found = render(&scene, &settings(Method::Hybrid, size, 32_768), LATE..LATE + 40, part);
+    let photons = render(&scene, &settings(Method::Photons, size, 65_536), LATE..LATE + 16, part);
     assert!(found.test(&photons).passed);
     let mut changed = scene;
     changed.materials.iter_mut().for_each(|m| m.base_color[1] *= 1.1);
-    let changed = render(&changed, &settings(Method::Hybrid, size, 65_536), LATE + 64..LATE + 128, part);
+    let changed = render(&changed, &settings(Method::Hybrid, size, 32_768), LATE + 40..LATE + 80, part);
     assert!(!changed.test(&photons).passed, "brighter materials must be noticed");
     proof::by_answer(&["path_hits", "path_gather"]);
 }
