@@ -3,18 +3,18 @@
 
 use super::budget::PhotonBudget;
 use super::content::Content;
-use super::emission;
-use super::estimator::{self, Structure};
+use super::estimator;
+use super::photons::Stored;
 use super::transport::{BandLight, BandView, Transport};
 use crate::graph::{Buf, Graph};
 use crate::kernels::deposits::Deposits;
 use crate::kernels::eye::LightChoice;
-use crate::kernels::gather::{Band, Points, Program};
+use crate::kernels::gather::Points;
 use crate::kernels::path::{self, PathLight, PathSettings};
 use crate::kernels::scene_data::SceneBuffers;
 
 /// Paths from the eye, and the caustic photons that they gather.
-pub struct EyePaths(Option<(Deposits, Structure)>);
+pub struct EyePaths(Option<Stored>);
 
 impl EyePaths {
     /// Without photons: nothing has to be prepared.
@@ -24,10 +24,7 @@ impl EyePaths {
 
     /// With the photons of the budget, which are caustic ones; without any, the same as [`Self::alone`].
     pub fn with_caustics(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
-        Self(emission::photons(g, content, buffers, budget).map(|mut deposits| {
-            let structure = g.scope("photon map", |g| estimator::build(g, content, &mut deposits));
-            (deposits, structure)
-        }))
+        Self(Stored::trace(g, content, buffers, budget))
     }
 }
 
@@ -42,18 +39,8 @@ impl Transport for EyePaths {
             lights: LightChoice::new(device.light_count, 1),
             aov: settings.layers,
         };
-        let program = Program {
-            count_pairs: settings.count_pairs,
-            loop_limit: device.loop_limit,
-            walk: settings.sampling.walk(),
-            ..Program::of(device.variant, settings.weight)
-        };
-        let size = [settings.width, settings.height];
-        let band = Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels };
-        let mut gather = self.0.as_mut().map(|(deposits, structure)| {
-            move |g: &mut Graph, points: Points<'_>, target: &mut Buf<[f32; 4]>| {
-                estimator::gather(g, program, (structure, deposits), (points, band), target);
-            }
+        let mut gather = self.0.as_mut().map(|stored| {
+            move |g: &mut Graph, points: Points<'_>, target: &mut Buf<[f32; 4]>| stored.estimate(g, at, points, target)
         });
         let caustics = gather.as_mut().map(|gather| gather as &mut path::Gather<'_>);
         let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings, caustics));
@@ -62,10 +49,10 @@ impl Transport for EyePaths {
     }
 
     fn deposits(&self) -> Option<&Deposits> {
-        self.0.as_ref().map(|(deposits, _)| deposits)
+        self.0.as_ref().map(|stored| &stored.deposits)
     }
 
     fn counts(&self, g: &mut Graph) -> Vec<(&'static str, Buf<u32>)> {
-        self.0.as_ref().map_or(vec![], |(_, structure)| estimator::counts(g, structure))
+        self.0.as_ref().map_or(vec![], |stored| estimator::counts(g, &stored.structure))
     }
 }

@@ -16,19 +16,16 @@ use crate::kernels::scene_data::SceneBuffers;
 /// The photons of a pass and what the estimator built from them; `None` without photons.
 pub struct Photons(Option<Stored>);
 
-struct Stored {
-    deposits: Deposits,
-    structure: Structure,
+/// Deposits, and what the estimator built from them.
+pub struct Stored {
+    pub deposits: Deposits,
+    pub structure: Structure,
 }
 
 impl Photons {
     /// Traces the photons of a pass and builds what the estimator gathers from.
     pub fn prepare(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Self {
-        let deposits = emission::photons(g, content, buffers, budget);
-        Self(deposits.map(|mut deposits| {
-            let structure = g.scope("photon map", |g| estimator::build(g, content, &mut deposits));
-            Stored { deposits, structure }
-        }))
+        Self(Stored::trace(g, content, buffers, budget))
     }
 
     /// Photons that were traced before, with the map that the host built of them.
@@ -56,8 +53,15 @@ impl Transport for Photons {
 }
 
 impl Stored {
-    /// Adds the light at the eye hits of a band to `gathered`, or to as many of them as the settings sample.
-    fn gather(&mut self, g: &mut Graph, at: BandView<'_>, hits: &EyeHits, gathered: Buf<[f32; 4]>) -> Buf<[f32; 4]> {
+    /// Traces the photons of a pass and builds what the estimator gathers from; `None` without photons.
+    pub fn trace(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Option<Self> {
+        let mut deposits = emission::photons(g, content, buffers, budget)?;
+        let structure = g.scope("photon map", |g| estimator::build(g, content, &mut deposits));
+        Some(Self { deposits, structure })
+    }
+
+    /// Writes the light at some of a band's hits.
+    pub fn estimate(&mut self, g: &mut Graph, at: BandView<'_>, points: Points<'_>, target: &mut Buf<[f32; 4]>) {
         let Content { device, settings, .. } = at.content;
         let program = Program {
             count_pairs: settings.count_pairs,
@@ -65,11 +69,19 @@ impl Stored {
             walk: settings.sampling.walk(),
             ..Program::of(device.variant, settings.weight)
         };
-        let size = [settings.width, settings.height];
-        let band = Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels };
-        let points = (Points::new(hits, at.buffers), band);
-        settings.sampling.apply(g, points, gathered, |g, some, target| {
-            estimator::gather(g, program, (&mut self.structure, &self.deposits), (some, band), target);
-        })
+        estimator::gather(g, program, (&mut self.structure, &self.deposits), (points, band_of(at)), target);
     }
+
+    /// Adds the light at the eye hits of a band to `gathered`, or to as many of them as the settings sample.
+    fn gather(&mut self, g: &mut Graph, at: BandView<'_>, hits: &EyeHits, gathered: Buf<[f32; 4]>) -> Buf<[f32; 4]> {
+        let points = (Points::new(hits, at.buffers), band_of(at));
+        let sampling = at.content.settings.sampling;
+        sampling.apply(g, points, gathered, |g, some, target| self.estimate(g, at, some, target))
+    }
+}
+
+fn band_of(at: BandView<'_>) -> Band<'_> {
+    let settings = at.content.settings;
+    let size = [settings.width, settings.height];
+    Band { camera: at.camera, size, first_pixel: at.first_pixel, pixels: at.pixels }
 }
