@@ -1,5 +1,6 @@
 //! The film: exact sums over passes, and which passes are in them. All that error bars, resuming and merging need.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::exact::ExactSum;
@@ -243,11 +244,13 @@ impl Film {
         }
         let depth_unit = 2f64.powi(self.exponents[1]);
         let scale = 1.0 / self.passes.count().max(1) as f64;
-        let both = self.layers.iter().enumerate().map(|(pixel, sums)| match mix {
-            Some(mix) => std::array::from_fn(|k| sums[k].plus_sum(mix.layers[pixel][k])),
-            None => *sums,
-        });
-        let both: Vec<[ExactSum; LAYER_SUMS]> = both.collect();
+        let both = match mix {
+            Some(mix) => {
+                let pairs = self.layers.iter().zip(&mix.layers);
+                Cow::Owned(pairs.map(|(a, b)| std::array::from_fn(|k| a[k].plus_sum(b[k]))).collect())
+            }
+            None => Cow::Borrowed(&self.layers[..]),
+        };
         for (name, channels, at) in LAYERS {
             let at = at as usize;
             let pixels = both.iter().map(|sums| &sums[at..]);

@@ -2,8 +2,8 @@
 //! 32-bit unsigned integers, and everything that is needed to go on with them as one JSON text in the metadata.
 //!
 //! Checkpoints, parts of a render and merged films are the same kind of file. A sum is four channels, least significant
-//! word first: `film.value.R.0` ... `film.value.R.3`. The attribute `nephroid.film` holds [`About`], with a SHA-256 of
-//! the sums, so that a damaged file is refused rather than shown.
+//! word first: `film.value.R.0` ... `film.value.R.3`; those of a second method begin with `second`. The attribute
+//! `nephroid.film` holds [`About`], with a SHA-256 of the sums, so that a damaged file is refused rather than shown.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -26,6 +26,13 @@ use crate::picture::image::Picture;
 
 /// Changes whenever the meaning of the channels or of [`About`] does.
 const FORMAT: u32 = 1;
+
+/// The format of films of two methods: a program that knows but one would take a part of their passes for all.
+const FORMAT_OF_TWO: u32 = 2;
+
+fn format_of(turns: Option<Turns>) -> u32 {
+    if turns.is_some() { FORMAT_OF_TWO } else { FORMAT }
+}
 
 /// The attribute with [`About`], without our prefix.
 const KEY: &str = "film";
@@ -182,7 +189,7 @@ pub fn write(
 ) -> Result<()> {
     let film = &file.film;
     let about = About {
-        format: FORMAT,
+        format: format_of(film.mix.as_ref().map(|mix| mix.turns)),
         passes: film.passes.to_string(),
         exponents: film.exponents,
         rejected: film.rejected,
@@ -301,8 +308,9 @@ const MOST_PASSES: u64 = 1 << 26;
 fn parse_about(json: &str, path: &Path) -> Result<About> {
     let damaged = |cause: &str| Error::scene(path, format!("the description of its film is damaged: {cause}"));
     let about: About = serde_json::from_str(json).map_err(|cause| damaged(&cause.to_string()))?;
-    if about.format != FORMAT {
-        return Err(Error::scene(path, format!("film format {}, this program reads {FORMAT}", about.format)));
+    if about.format != format_of(about.turns) {
+        let cause = format!("film format {}, this program reads {FORMAT} and {FORMAT_OF_TWO}", about.format);
+        return Err(Error::scene(path, cause));
     }
     let passes = about.passes().map_err(|cause| damaged(&cause.to_string()))?;
     let last = passes.ranges().last().map_or(0, |range| range.end);

@@ -25,23 +25,24 @@ pub struct Turns {
 impl Turns {
     /// Whether the pass is of the second method, and its index among those of its method.
     pub fn of(self, index: u64) -> (bool, u64) {
+        let [firsts, seconds] = self.below(index);
+        let is_second = self.below(index + 1)[1] > seconds;
+        (is_second, if is_second { seconds } else { firsts })
+    }
+
+    /// Of the passes below an index, how many are of either method.
+    fn below(self, index: u64) -> [u64; 2] {
         let [first, second] = [self.first, self.second].map(u64::from);
         let (round, place) = (index / (first + second), index % (first + second));
-        if place < first { (false, round * first + place) } else { (true, round * second + place - first) }
+        let firsts = round * first + place.min(first);
+        [firsts, index - firsts]
     }
 
     /// Passes of either method, by their indices among those of their method.
     pub fn split(self, passes: &PassSet) -> [PassSet; 2] {
-        let [first, second] = [self.first, self.second].map(u64::from);
-        // Of the passes below an index, how many are of either method.
-        let below = |index: u64| {
-            let (round, place) = (index / (first + second), index % (first + second));
-            let firsts = round * first + place.min(first);
-            [firsts, index - firsts]
-        };
         let mut split = [PassSet::default(), PassSet::default()];
         for range in passes.ranges() {
-            let (starts, ends) = (below(range.start), below(range.end));
+            let (starts, ends) = (self.below(range.start), self.below(range.end));
             for (set, (start, end)) in split.iter_mut().zip(starts.into_iter().zip(ends)) {
                 set.unite(&PassSet::of(start..end));
             }
