@@ -79,9 +79,7 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
 
 /// Where a render stands, shown to the user; with a new estimate of its error where one is due.
 fn status(session: &Session, checkpoints: &Checkpoints, rule: &mut StopRule, monitor: &mut Monitor) -> Result<Status> {
-    let (caustic, global) = session.photons_per_pass();
-    let passes = session.passes().count();
-    let photons = passes * u64::from(caustic + global);
+    let (passes, photons) = (session.passes().count(), session.photons_emitted());
     let mut status = Status { passes, photons, seconds: checkpoints.seconds(), ..Status::default() };
     if rule.is_due(&status) {
         let begin = Instant::now();

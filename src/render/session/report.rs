@@ -55,6 +55,11 @@ impl Session {
         (of(true), of(false))
     }
 
+    /// Photons emitted in all passes.
+    pub fn photons_emitted(&self) -> u64 {
+        self.statistics.photons + self.other.as_ref().map_or(0, |other| other.session.statistics.photons)
+    }
+
     /// Times of the scopes of the last pass.
     pub fn timings(&self) -> Vec<Timing> {
         match &self.other {
