@@ -465,11 +465,12 @@ fn kernels_of_a_scene_share_its_buffers() {
     let kernels = ["seen", "unseen", "alone"].map(|name| sources.reflect(&format!("kernels/{name}.comp")).expect(name));
     let text = emit(&kernels).expect("kernels that agree");
     for part in [
-        "pub texels: crate::graph::ReadBuf<u32>,\n    #[allow(missing_docs)]\n    pub areas: crate::graph::ReadBuf<f32>,\n}",
+        "pub texels: crate::graph::ReadBuf<u32>,\n    #[allow(missing_docs)]\n    \
+         pub areas: crate::graph::ReadBuf<f32>,\n}",
         "pub struct View<'a> {\n    /// The scene.\n    pub scene: &'a SceneBuffers,\n    /// One entry.\n    \
          pub camera: &'a crate::graph::Buf<Camera>,\n}",
-        "pub struct SeenBindings<'a> {\n    #[allow(missing_docs)]\n    pub view: View<'a>,\n    #[allow(missing_docs)]\n    \
-         pub results:",
+        "pub struct SeenBindings<'a> {\n    #[allow(missing_docs)]\n    pub view: View<'a>,\n    \
+         #[allow(missing_docs)]\n    pub results:",
         "Use::read(1, &self.view.scene.texels),",
         "Use::read(11, self.view.camera),",
         "Use::write(16, self.results),",
