@@ -25,8 +25,12 @@ const SEEN_RADII: f32 = 2.0;
 
 /// Length by which footprints of a view are limited, greater than 0, in scene units.
 pub fn footprint_unit(scene: &Scene, host: &Host, camera: usize) -> f32 {
-    let seen = SEEN_RADII * middle_radius(&seen_points(scene, host, &scene.cameras[camera]));
-    seen.max(host.tree.crowd_radius).min(host.tree.radius)
+    seen_length(scene, host, camera).max(host.tree.crowd_radius).min(host.tree.radius)
+}
+
+/// What is seen counts so much; 0 where nothing is.
+fn seen_length(scene: &Scene, host: &Host, camera: usize) -> f32 {
+    SEEN_RADII * middle_radius(&seen_points(scene, host, &scene.cameras[camera]))
 }
 
 /// Half the diagonal of the box that holds the middle three quarters of points along each axis: a few that lie far
@@ -123,14 +127,25 @@ mod tests {
     use super::*;
     use crate::scene::Mesh;
 
-    /// The length for a scene of these objects, seen from `eye`, in its radii and in scene units.
-    fn unit(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> (f32, f32) {
+    fn known(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> (Scene, Host) {
         let camera = Camera::look_at(eye, target, [0.0, 1.0, 0.0], 0.7);
         let scene = Scene::from_parts(objects, vec![], camera);
         let mut host = Host::default();
         host.update_geometry(&scene);
+        (scene, host)
+    }
+
+    /// The length for a scene of these objects, seen from `eye`, in its radii and in scene units.
+    fn unit(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> (f32, f32) {
+        let (scene, host) = known(objects, eye, target);
         let unit = footprint_unit(&scene, &host, 0);
         (unit / host.tree.radius, unit)
+    }
+
+    /// What of it comes from what is seen, in its radii.
+    fn seen(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> f32 {
+        let (scene, host) = known(objects, eye, target);
+        seen_length(&scene, &host, 0) / host.tree.radius
     }
 
     fn white() -> Material {
@@ -181,27 +196,29 @@ mod tests {
     }
 
     #[test]
-    fn a_view_through_a_pane_or_by_a_mirror_counts_what_is_behind() {
-        let room = || Mesh::cuboid([-2.0; 3], [2.0; 3]).flipped();
-        let pane = Mesh::quad([-0.01, -0.01, 1.89], [0.02, 0.0, 0.0], [0.0, 0.02, 0.0]);
+    fn a_view_through_glass_or_by_a_mirror_counts_what_is_behind() {
+        let room = || (Mesh::cuboid([-2.0; 3], [2.0; 3]).flipped(), white());
+        let from_inside = |material| seen(vec![room(), (Mesh::cuboid([-0.01; 3], [0.01; 3]), material)], [0.0; 3], EYE);
+        let (clear, closed) = (from_inside(Material::glass(1.5)), from_inside(white()));
+        assert!(clear > 0.8 && closed < 0.01, "{clear} and {closed}");
         let mirror = Material { metallic: 1.0, roughness: 0.0, ..white() };
-        for material in [Material::glass(1.5), mirror] {
-            let (of_radius, _) = unit(vec![(room(), white()), (pane.clone(), material)], [0.0, 0.0, 1.9], [0.0; 3]);
-            assert_eq!(of_radius, 1.0);
-        }
+        let pane = Mesh::quad([-0.01, -0.01, 1.89], [0.02, 0.0, 0.0], [0.0, 0.02, 0.0]);
+        let reflected = seen(vec![room(), (pane, mirror)], [0.0, 0.0, 1.9], [0.0; 3]);
+        assert!(reflected > 0.8, "{reflected}");
     }
 
     #[test]
     fn a_close_view_in_a_room_counts_the_room() {
         let room = Mesh::cuboid([-2.0; 3], [2.0; 3]).flipped();
-        let (of_radius, _) = unit(vec![(room, white())], [0.0, -1.9, 0.0], [0.01, -2.0, 0.01]);
-        assert_eq!(of_radius, 1.0);
+        let seen = seen(vec![(room, white())], [0.0, -1.9, 0.0], [0.01, -2.0, 0.01]);
+        assert!(seen > 0.8, "{seen}");
     }
 
     #[test]
     fn a_view_of_nothing_has_the_radius_of_the_scene() {
-        let (of_radius, _) = unit(vec![(ball(1.0), white())], [0.0, 3.0, 6.0], [0.0, 9.0, 9.0]);
-        assert_eq!(of_radius, 1.0);
+        let away = [0.0, 9.0, 9.0];
+        assert_eq!(seen(vec![(ball(1.0), white())], EYE, away), 0.0);
+        assert_eq!(unit(vec![(ball(1.0), white())], EYE, away).0, 1.0);
         assert_eq!(middle_radius(&[]), 0.0);
     }
 }
