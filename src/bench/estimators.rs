@@ -5,7 +5,7 @@ use super::median;
 use super::scene::seconds_in;
 use crate::error::Result;
 use crate::graph::Runtime;
-use crate::render::{Estimator, EstimatorBytes, Footprint, Session, Settings};
+use crate::render::{Estimator, EstimatorBytes, Footprint, Method, Session, Settings};
 use crate::scene::{Scene, World};
 use crate::vk::DeviceKind;
 
@@ -47,7 +47,7 @@ impl Trial {
             photons: self.photons,
             footprint: self.footprint,
             estimator: Some(estimator),
-            ..Settings::default()
+            ..Settings::of(Method::Photons)
         }
     }
 

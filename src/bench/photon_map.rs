@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::graph::Runtime;
 use crate::kernels::generated::Photon;
 use crate::kernels::lbvh::COUNTED_LEAF;
-use crate::render::{Estimator, PhotonBuild, Session, Settings, automatic_leaf, coverage};
+use crate::render::{Estimator, Method, PhotonBuild, Session, Settings, automatic_leaf, coverage};
 use crate::scene::Scene;
 
 /// Leaf sizes that are compared.
@@ -129,7 +129,7 @@ pub fn photon_map(
         photons: effort.photons,
         estimator: Some(Estimator::Bvh),
         leaf_photons: Some(LEAF_SIZES[0]),
-        ..Settings::default()
+        ..Settings::of(Method::Photons)
     };
     begin("footprints");
     let photons = {

@@ -9,7 +9,7 @@ use crate::graph::Runtime;
 use crate::kernels::bvh_host::{HostBvh, build_sah};
 use crate::kernels::generated::Aabb;
 use crate::kernels::{Items, lbvh};
-use crate::render::{Session, Settings};
+use crate::render::{Method, Session, Settings};
 use crate::scene::{Scene, World};
 
 /// Bytes per box of a tree built on the device, its sort included.
@@ -96,7 +96,7 @@ fn build_on_device(runtime: &Runtime, world: &World, effort: Effort) -> Result<R
 }
 
 fn settings(effort: Effort, count_pairs: bool) -> Settings {
-    Settings { width: effort.size[0], height: effort.size[1], count_pairs, ..Settings::default() }
+    Settings { width: effort.size[0], height: effort.size[1], count_pairs, ..Settings::of(Method::Photons) }
 }
 
 /// Device seconds of the scopes with one of these names in the last pass.

@@ -10,7 +10,7 @@ use crate::film::error_estimate::Model;
 use crate::graph::{Executable, Graph, Runtime};
 use crate::kernels::generated::Photon;
 use crate::picture::image::Picture;
-use crate::render::{Session, Settings, Statistics};
+use crate::render::{Method, Session, Settings, Statistics};
 use crate::scene::Scene;
 use crate::vk::Device;
 
@@ -57,7 +57,7 @@ pub fn settings(width: u32, height: u32, photons: u32) -> Settings {
         global_smoothing: 4.0,
         photon_bounces: 16,
         eye_depth: 12,
-        ..Settings::default()
+        ..Settings::of(Method::Photons)
     }
 }
 

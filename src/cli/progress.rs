@@ -20,6 +20,8 @@ pub struct Status {
     pub error: Option<f64>,
     /// Seconds until the error is at its target; `None` while that is unknown or without a target.
     pub left: Option<f64>,
+    /// Seconds that the next pass will take; `None` before the first.
+    pub next: Option<f64>,
 }
 
 /// Limits of a render, which ends at the first that it reaches. Without limits it ends at its target error.
@@ -166,7 +168,8 @@ mod tests {
     const BY_PASSES: Limit = Limit { passes: Some(100), seconds: None };
     const BY_TIME: Limit = Limit { passes: None, seconds: Some(60.0) };
     const BOTH: Limit = Limit { passes: Some(100), seconds: Some(60.0) };
-    const QUARTER: Status = Status { passes: 25, photons: 50_000_000, seconds: 10.0, error: None, left: None };
+    const QUARTER: Status =
+        Status { passes: 25, photons: 50_000_000, seconds: 10.0, error: None, left: None, next: None };
 
     #[test]
     fn the_nearer_limit_counts() {

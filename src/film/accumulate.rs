@@ -198,19 +198,32 @@ impl Film {
     /// # Errors
     /// [`Error::Usage`] if size, units or layers differ, or both hold one pass.
     pub fn merge(&mut self, other: &Self) -> Result<()> {
-        let turns = |film: &Self| film.mix.as_ref().map(|mix| mix.turns);
-        let shape = |film: &Self| (film.width, film.height, film.exponents, film.layers.is_empty(), turns(film));
+        let shape = |film: &Self| (film.width, film.height, film.exponents, film.layers.is_empty(), film.mix.is_some());
         if shape(self) != shape(other) {
             return Err(Error::Usage("films of other sizes, layers or scenes cannot be merged".into()));
         }
+        let turns = self.agreed_turns(other)?;
         if let Some(range) = self.passes.overlap(&other.passes) {
             return Err(Error::Usage(format!("passes {}..{} are in both films", range.start, range.end)));
         }
         let pairs = self.all_sums_mut().zip(other.all_sums().flatten());
         pairs.for_each(|(ours, theirs)| *ours = ours.plus_sum(*theirs));
         self.passes.unite(&other.passes);
+        if let (Some(mix), Some(turns)) = (&mut self.mix, turns) {
+            mix.turns = turns;
+        }
         self.rejected = self.rejected.saturating_add(other.rejected);
         Ok(())
+    }
+
+    /// Whose turn passes are in this film and another one of the same render; `None` for films of one method.
+    fn agreed_turns(&self, other: &Self) -> Result<Option<Turns>> {
+        let (Some(ours), Some(theirs)) = (&self.mix, &other.mix) else { return Ok(None) };
+        let agreed = ours.turns.agreed(theirs.turns).ok_or_else(|| {
+            let cause = "the films have passes of their two methods in other turns, as two devices may choose them";
+            Error::Usage(format!("{cause}: render the parts on devices of one kind, or with one method"))
+        });
+        agreed.map(Some)
     }
 
     /// Per pixel and channel: sum, sum of squares, sum of values times squared footprint scale; of passes of two

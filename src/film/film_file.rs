@@ -319,8 +319,8 @@ fn parse_about(json: &str, path: &Path) -> Result<About> {
         return Err(damaged("more passes than can be rendered"));
     }
     // Far beyond any scene in f32, and far from the limits of f64.
-    if about.turns.is_some_and(|turns| turns.first == 0 || turns.second == 0) {
-        return Err(damaged("turns of no passes"));
+    if about.turns.is_some_and(|turns| !turns.fit(&passes)) {
+        return Err(damaged("turns that its passes do not fit"));
     }
     if about.exponents.iter().any(|exponent| exponent.unsigned_abs() > 300) || !about.totals.seconds.is_finite() {
         return Err(damaged("numbers out of range"));
@@ -415,6 +415,7 @@ fn check_bytes(
 
 #[cfg(test)]
 mod tests {
+    use super::super::mix::Round;
     use super::*;
     use crate::picture::image::Channels;
     use proptest::prelude::*;
@@ -439,7 +440,7 @@ mod tests {
 
     fn of_two_methods(with_layers: bool) -> FilmFile {
         let file = sample(with_layers);
-        let mut film = file.film.with_turns(Some(Turns { first: 1, second: 3 }));
+        let mut film = file.film.with_turns(Some(Turns::always(Round { first: 1, second: 3 })));
         let mix = film.mix.as_mut().expect("a second method");
         for (at, sum) in mix.sums.iter_mut().flatten().chain(mix.layers.iter_mut().flatten()).enumerate() {
             *sum = ExactSum((at as i128 + 1) << (at % 80));

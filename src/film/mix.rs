@@ -13,17 +13,79 @@ use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::constants::FILM_SQUARES;
 
-/// Whose turn a pass is, by its global index: of `first + second` passes in a row, `first` are of the first method.
+/// A number of passes of either method that follow each other, those of the second spread evenly and first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Turns {
-    /// At least 1.
+pub struct Round {
+    /// Of the first method.
     pub first: u32,
-    /// At least 1.
+    /// Of the second method.
     pub second: u32,
 }
 
+impl Round {
+    /// Passes of both methods.
+    pub const fn passes(self) -> u64 {
+        self.first as u64 + self.second as u64
+    }
+
+    /// Of the first `index` passes of a sequence of such rounds, how many are of either method.
+    fn below(self, index: u64) -> [u64; 2] {
+        let [first, second] = [self.first, self.second].map(u64::from);
+        let (round, place) = (index / self.passes(), index % self.passes());
+        let seconds = (place * second).div_ceil(self.passes());
+        [round * first + place - seconds, round * second + seconds]
+    }
+}
+
+/// Whose turn a pass is, by its global index. The passes of the opening tell which method serves the picture how well,
+/// and so what follows ([`super::shares`]); those up to [`Turns::SECOND_LOOK`] tell more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Turns {
+    /// The first passes; some of either method.
+    pub opening: Round,
+    /// Work of a pass of the first method over that of one of the second, in units of 1 / [`Turns::WORK_UNITS`]; 0
+    /// before the opening is over.
+    #[serde(default)]
+    pub work: u32,
+    /// What is repeated after the opening; `None` before this is known, and then there are no further passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub then: Option<Round>,
+    /// What is repeated after the second look; as above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_last: Option<Round>,
+}
+
 impl Turns {
+    /// Passes before what is repeated from then on is chosen.
+    pub const SECOND_LOOK: u64 = 40;
+    /// Units of [`Turns::work`] in one.
+    pub const WORK_UNITS: u32 = 256;
+    /// Most passes of a round.
+    const LONGEST_ROUND: u64 = 1 << 20;
+
+    /// Turns of which no more than the opening is known, which is shorter than [`Turns::SECOND_LOOK`].
+    pub const fn new(opening: Round) -> Self {
+        Self { opening, work: 0, then: None, at_last: None }
+    }
+
+    /// Turns that are known from the beginning to the end.
+    pub const fn always(round: Round) -> Self {
+        Self { opening: round, work: Self::WORK_UNITS, then: Some(round), at_last: Some(round) }
+    }
+
+    /// Passes of which it is known whose turn they are.
+    pub fn known(self) -> u64 {
+        match (self.then, self.at_last) {
+            (None, _) => self.opening.passes(),
+            (Some(_), None) => Self::SECOND_LOOK,
+            (Some(_), Some(_)) => u64::MAX,
+        }
+    }
+
     /// Whether the pass is of the second method, and its index among those of its method.
+    ///
+    /// # Panics
+    /// Beyond what is known.
     pub fn of(self, index: u64) -> (bool, u64) {
         let [firsts, seconds] = self.below(index);
         let is_second = self.below(index + 1)[1] > seconds;
@@ -32,10 +94,16 @@ impl Turns {
 
     /// Of the passes below an index, how many are of either method.
     fn below(self, index: u64) -> [u64; 2] {
-        let [first, second] = [self.first, self.second].map(u64::from);
-        let (round, place) = (index / (first + second), index % (first + second));
-        let firsts = round * first + place.min(first);
-        [firsts, index - firsts]
+        let ends = [self.opening.passes(), Self::SECOND_LOOK.max(self.opening.passes()), u64::MAX];
+        let (mut sums, mut begin) = ([0, 0], 0);
+        for (end, round) in ends.into_iter().zip([Some(self.opening), self.then, self.at_last]) {
+            if index > begin {
+                let counts = round.expect("the turn is known").below(index.min(end) - begin);
+                sums = [sums[0] + counts[0], sums[1] + counts[1]];
+            }
+            begin = end;
+        }
+        sums
     }
 
     /// Passes of either method, by their indices among those of their method.
@@ -48,6 +116,23 @@ impl Turns {
             }
         }
         split
+    }
+
+    /// Whether there are passes of either method in the opening, none without a method, and none beyond what is known.
+    pub fn fit(self, passes: &PassSet) -> bool {
+        let end = passes.ranges().last().map_or(0, |range| range.end);
+        let rounds = [Some(self.opening), self.then, self.at_last];
+        let possible = rounds.iter().flatten().all(|round| (1..=Self::LONGEST_ROUND).contains(&round.passes()));
+        let in_order = self.then.is_some() || self.at_last.is_none();
+        possible && in_order && end <= self.known() && self.opening.first > 0 && self.opening.second > 0
+    }
+
+    /// What both say of one render; `None` where they contradict each other.
+    pub fn agreed(self, other: Self) -> Option<Self> {
+        let (less, more) = if self.known() <= other.known() { (self, other) } else { (other, self) };
+        let same = less.then.is_none_or(|then| more.then == Some(then) && less.work == more.work);
+        let same = same && less.at_last.is_none_or(|at_last| more.at_last == Some(at_last));
+        (less.opening == more.opening && same).then_some(more)
     }
 }
 
@@ -109,28 +194,41 @@ pub struct Mixed {
     pub squared_bias: f64,
 }
 
-/// For each pixel, what of the second method goes into the picture; nothing for films of one method.
-pub fn mixed(film: &Film) -> Vec<Mixed> {
-    let Some(mix) = &film.mix else { return vec![] };
+/// For each pixel, sums over channels: variances of the means of both methods, squared difference of both; and the root
+/// of the sum of squares of what both show together in the window around it. `None` for films of one method, and for
+/// those with fewer than two passes of either.
+pub(super) fn compared(film: &Film) -> Option<(Vec<[f64; 3]>, Vec<f64>)> {
+    let mix = film.mix.as_ref()?;
     let unit = 2f64.powi(film.exponents[0]);
-    let [first, second] = mix.turns.split(&film.passes).map(|passes| passes.count());
+    let [first, second] = film.split_passes().map(|passes| passes.count());
     if first < 2 || second < 2 {
-        // Nothing is known of the noise of one of them.
-        let weight = if second > first { 1.0 } else { 0.0 };
-        return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
+        return None;
     }
-    let both = [(&film.sums, first), (&mix.sums, second)]
-        .map(|(sums, passes)| sums.iter().map(|sums| Estimate::of(sums, unit, passes)).collect());
-    compared(&both, film.width as usize).into_iter().map(best).collect()
+    let of = |sums: &([ExactSum; SUMS], [ExactSum; SUMS])| {
+        let (p, t) = (Estimate::of(&sums.0, unit, first), Estimate::of(&sums.1, unit, second));
+        let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
+        let difference = sum(&|k| (p.mean[k] - t.mean[k]).powi(2));
+        let pixel = [sum(&|k| p.variance[k]), sum(&|k| t.variance[k]), difference];
+        // The square of a mean over the window has next to no noise, which a mean of squares has.
+        (pixel, [sum(&|k| 0.5 * (p.mean[k] + t.mean[k])) / 3f64.sqrt()])
+    };
+    let (pixels, means): (Vec<_>, Vec<_>) =
+        film.sums.iter().copied().zip(mix.sums.iter().copied()).map(|s| of(&s)).unzip();
+    Some((pixels, blurred(&means, film.width as usize).into_iter().map(|[mean]| mean).collect()))
 }
 
-/// Means over windows: variance of the first, variance of the second, squared difference; sums over channels.
-fn compared([first, second]: &[Vec<Estimate>; 2], width: usize) -> Vec<[f64; 3]> {
-    let of = |(p, t): (&Estimate, &Estimate)| {
-        let difference = (0..3).map(|k| (p.mean[k] - t.mean[k]).powi(2)).sum::<f64>();
-        [p.variance.iter().sum::<f64>(), t.variance.iter().sum::<f64>(), difference]
-    };
-    blurred(&first.iter().zip(second).map(of).collect::<Vec<_>>(), width)
+/// For each pixel, what of the second method goes into the picture; nothing for films of one method.
+pub fn mixed(film: &Film) -> Vec<Mixed> {
+    if film.mix.is_none() {
+        return vec![];
+    }
+    if let Some((pixels, _)) = compared(film) {
+        return blurred(&pixels, film.width as usize).into_iter().map(best).collect();
+    }
+    // Nothing is known of the noise of one of them.
+    let [first, second] = film.split_passes().map(|passes| passes.count());
+    let weight = if second > first { 1.0 } else { 0.0 };
+    vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()]
 }
 
 /// The best weight for these variances and this squared difference.
@@ -141,14 +239,14 @@ fn best([p, t, difference]: [f64; 3]) -> Mixed {
 }
 
 /// Means over windows with the weights of a bell curve.
-fn blurred(numbers: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
+fn blurred<const N: usize>(numbers: &[[f64; N]], width: usize) -> Vec<[f64; N]> {
     let height = numbers.len() / width.max(1);
     let weight = |d: usize| (-0.5 * (d as f64 / SPREAD).powi(2)).exp();
-    let pass = |source: &[[f64; 3]], length: usize, place: &dyn Fn(usize, usize) -> usize, lines: usize| {
-        let mut result = vec![[0.0; 3]; source.len()];
+    let pass = |source: &[[f64; N]], length: usize, place: &dyn Fn(usize, usize) -> usize, lines: usize| {
+        let mut result = vec![[0.0; N]; source.len()];
         for line in 0..lines {
             for at in 0..length {
-                let (mut sum, mut total) = ([0.0; 3], 0.0);
+                let (mut sum, mut total) = ([0.0; N], 0.0);
                 for near in at.saturating_sub(REACH)..(at + REACH + 1).min(length) {
                     let g = weight(near.abs_diff(at));
                     let value = source[place(line, near)];
@@ -169,24 +267,56 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    const TURNS: Turns = Turns { first: 2, second: 3 };
+    const TURNS: Turns = Turns::always(Round { first: 2, second: 3 });
 
     #[test]
     fn every_pass_is_of_one_method() {
         let of = |index| TURNS.of(index);
-        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [(false, 0), (false, 1), (true, 0), (true, 1), (true, 2), (false, 2)]);
-        for range in [0..0, 0..5, 1..3, 7..40, (1 << 32) - 7..1 << 32] {
-            let mut expected = [PassSet::default(), PassSet::default()];
-            for index in range.clone() {
-                let (second, own) = TURNS.of(index);
-                assert!(expected[usize::from(second)].insert(own), "pass {index} twice");
+        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [(true, 0), (true, 1), (false, 0), (true, 2), (false, 1), (true, 3)]);
+        let rounds = |then, at_last| Turns { then: Some(then), at_last: Some(at_last), ..TURNS };
+        let [photons, paths] = [Round { first: 1, second: 0 }, Round { first: 0, second: 1 }];
+        for turns in [TURNS, rounds(photons, paths), rounds(paths, Round { first: 16, second: 1 })] {
+            for range in [0..0, 0..5, 1..3, 7..60, 39..41, (1 << 32) - 7..1 << 32] {
+                let mut expected = [PassSet::default(), PassSet::default()];
+                for index in range.clone() {
+                    let (second, own) = turns.of(index);
+                    assert!(expected[usize::from(second)].insert(own), "pass {index} twice");
+                }
+                assert_eq!(turns.split(&PassSet::of(range.clone())), expected, "{range:?}");
             }
-            assert_eq!(TURNS.split(&PassSet::of(range.clone())), expected, "{range:?}");
         }
         // Ranges apart from each other stay apart or grow together, whichever their passes do.
         let apart: PassSet = "0..2,5..7".parse().expect("a set");
-        assert_eq!(TURNS.split(&apart)[0].to_string(), "0..4");
-        assert_eq!(TURNS.split(&apart)[1].to_string(), "");
+        assert_eq!(TURNS.split(&apart).map(|passes| passes.to_string()), ["", "0..2,3..5"]);
+        assert_eq!(TURNS.split(&PassSet::of(1..6)).map(|passes| passes.to_string()), ["0..2", "1..4"]);
+    }
+
+    #[test]
+    fn turns_are_known_as_far_as_they_were_chosen() {
+        let opening = Turns::new(TURNS.opening);
+        let looked = Turns { work: 300, then: Some(Round { first: 1, second: 1 }), ..opening };
+        let whole = Turns { at_last: Some(Round { first: 0, second: 1 }), ..looked };
+        assert_eq!([opening, looked, whole].map(Turns::known), [5, Turns::SECOND_LOOK, u64::MAX]);
+        assert_eq!(whole.of(u64::MAX - 1).0, true);
+        for (one, other) in [(opening, looked), (looked, whole), (opening, whole), (whole, whole)] {
+            assert_eq!((one.agreed(other), other.agreed(one)), (Some(other), Some(other)));
+        }
+        let otherwise = Turns { then: Some(Round { first: 1, second: 2 }), ..looked };
+        assert_eq!((otherwise.agreed(whole), whole.agreed(otherwise)), (None, None));
+        assert_eq!(Turns { work: 301, ..looked }.agreed(whole), None);
+        assert_eq!(Turns::new(Round { first: 3, second: 2 }).agreed(whole), None);
+        // What a film may say of itself.
+        let passes = |text: &str| text.parse::<PassSet>().expect("a set");
+        assert!(opening.fit(&passes("0..5")) && !opening.fit(&passes("5..6")) && looked.fit(&passes("5..40")));
+        assert!(!looked.fit(&passes("40..41")) && whole.fit(&passes("7..1000")));
+        for damaged in [
+            Turns { then: Some(Round { first: 0, second: 0 }), ..looked },
+            Turns { then: None, ..whole },
+            Turns::new(Round { first: 0, second: 2 }),
+            Turns::new(Round { first: u32::MAX, second: 2 }),
+        ] {
+            assert!(!damaged.fit(&passes("")), "{damaged:?}");
+        }
     }
 
     /// A film of 40 x 30 pixels: the first method has noise of 0.02 about 1 plus a bias that grows from left to right,
@@ -240,12 +370,14 @@ mod tests {
 
     #[test]
     fn films_of_few_passes_are_those_of_the_method_that_has_more() {
-        for passes in [0, 1, 2, 3] {
-            assert!(mixed(&film(passes, 0.3)).iter().all(|w| w.weight == 0.0), "{passes} passes");
+        // Two of the second come first, then one of either.
+        for (passes, weight) in [(0, 0.0), (1, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)] {
+            assert!(mixed(&film(passes, 0.3)).iter().all(|w| w.weight == weight), "{passes} passes");
         }
+        assert!(mixed(&film(5, 0.3)).iter().any(|w| w.weight > 0.0 && w.weight < 1.0), "two of the first");
         let mut late = film(5, 0.3);
         late.passes = PassSet::of(2..5);
-        assert!(mixed(&late).iter().all(|w| w.weight == 1.0), "only the second has passes");
+        assert!(mixed(&late).iter().all(|w| w.weight == 0.0), "two of the first, one of the second");
         assert_eq!(mixed(&Film::new(2, 2, [0; 2], false)), []);
     }
 
@@ -255,7 +387,7 @@ mod tests {
         let mut sum = Film { passes: PassSet::of(0..0), ..Film::new(40, 30, [3, 0], false).with_turns(Some(TURNS)) };
         sum.merge(&whole).expect("the same turns");
         assert_eq!(sum, whole);
-        let other = Film::new(40, 30, [3, 0], false).with_turns(Some(Turns { first: 1, second: 3 }));
+        let other = Film::new(40, 30, [3, 0], false).with_turns(Some(Turns::always(Round { first: 1, second: 3 })));
         assert!(sum.merge(&other).is_err() && sum.merge(&Film::new(40, 30, [3, 0], false)).is_err());
     }
 }

@@ -10,4 +10,5 @@ pub mod error_estimate;
 pub mod exact;
 pub mod film_file;
 pub mod mix;
+pub mod shares;
 mod totals;

@@ -96,6 +96,17 @@ pub struct Readback<T> {
     pub(super) element: PhantomData<fn() -> T>,
 }
 
+/// An amount of work of a kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Tally {
+    /// What it is.
+    pub kind: &'static str,
+    /// How much of it there is for each of `count`.
+    pub times: u32,
+    /// One word.
+    pub count: Readback<u32>,
+}
+
 /// Group counts of an indirect dispatch (`VkDispatchIndirectCommand`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -306,6 +317,8 @@ pub struct Graph {
     pub(super) scope_names: Vec<&'static str>,
     open_scopes: Vec<u32>,
     readback_count: u32,
+    /// Counts of work by what it is, where they are wanted.
+    tallies: Option<Vec<Tally>>,
     class: DeviceClass,
     /// Longest window in bytes, where a test wants it short.
     pub(super) window_bytes: Option<u64>,
@@ -321,6 +334,26 @@ impl Graph {
     pub fn with_device_class(mut self, class: DeviceClass) -> Self {
         self.class = class;
         self
+    }
+
+    /// The same graph, which brings to the host what [`Self::tally`] is told of.
+    pub fn with_tallies(mut self) -> Self {
+        self.tallies = Some(vec![]);
+        self
+    }
+
+    /// Says how much work there is of a kind: `times` the first word of `count`. It is brought to the host where
+    /// somebody wants to know ([`Self::with_tallies`]); otherwise this declares nothing.
+    pub fn tally(&mut self, kind: &'static str, times: u32, count: &Buf<u32>) {
+        if self.tallies.is_some() {
+            let count = self.readback(count);
+            self.tallies.get_or_insert_default().push(Tally { kind, times, count });
+        }
+    }
+
+    /// What was told so far; kinds repeat.
+    pub fn take_tallies(&mut self) -> Vec<Tally> {
+        self.tallies.take().unwrap_or_default()
     }
 
     /// The class of device that the passes are declared for.

@@ -19,7 +19,7 @@ mod windows;
 
 pub use declare::{
     Access, Bindings, Buf, BufferInfo, BufferKind, DeviceClass, DispatchArgs, Graph, Grid, GridSpec, Input, Kernel,
-    KernelInfo, Operation, PassInfo, Persistent, ReadBuf, Readback, Use, WindowSpec,
+    KernelInfo, Operation, PassInfo, Persistent, ReadBuf, Readback, Tally, Use, WindowSpec,
 };
 pub use draw::{DrawArgs, DrawCount, DrawSpec, RasterSpec, ShaderInfo, Spirv, Stage, StageSpec};
 pub use place::Placement;

@@ -91,6 +91,11 @@ impl SlotList {
     }
 }
 
+/// Kinds of work for [`Graph::tally`]: rays of eye paths with what is done where they end, rays towards lights.
+pub const EYE_RAYS: &str = "eye rays";
+/// See [`EYE_RAYS`].
+pub const SHADOW_RAYS: &str = "shadow rays";
+
 /// Buffers of the paths in flight, by slot.
 pub(super) struct Paths {
     pub rays: Buf<[f32; 4]>,
@@ -189,6 +194,7 @@ pub(super) fn generate(g: &mut Graph, eye: EyeTrace<'_>, state: &mut EyeState) -
 pub(super) fn bounce(g: &mut Graph, eye: EyeTrace<'_>, list: &SlotList, state: &mut EyeState) -> Children {
     let EyeTrace { view, variant, settings } = eye;
     let EyeState { paths, result } = state;
+    g.tally(EYE_RAYS, 1, &list.count);
     if variant.one_sided {
         trace_camera(g, view.scene, list, paths);
     } else {
@@ -344,6 +350,7 @@ pub(super) struct LitHits<'a> {
 /// Adds the light of samples of lights at the listed hits.
 pub(super) fn sample_lights(g: &mut Graph, view: View<'_>, v: Variant, samples: LightSamples, lit: LitHits<'_>) {
     let LitHits { list, count, args, hits, states, radiance } = lit;
+    g.tally(SHADOW_RAYS, samples.count, count);
     let kernel = DirectLight {
         light_samples: samples.count,
         candidates: samples.candidates,

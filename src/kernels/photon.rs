@@ -82,6 +82,9 @@ struct PhotonTrace<'a> {
     leaves: Leaves,
 }
 
+/// Kind of work for [`Graph::tally`]: rays of photons with what is done where they end.
+pub const PHOTON_RAYS: &str = "photon rays";
+
 /// Photons in flight, by index of emission.
 struct Flight {
     rays: Buf<[f32; 4]>,
@@ -130,6 +133,7 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
     for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
             let kernel = TraceList { photons: true };
+            g.tally(PHOTON_RAYS, 1, &list.count);
             trace_list(g, photons.scene, &list, kernel, (&flight.rays, &mut flight.hits));
             if photons.variant.absorption {
                 let Flight { rays, hits, states, .. } = &mut flight;

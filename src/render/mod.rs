@@ -13,6 +13,6 @@ pub use session::changes::{Change, Changes, Step, Steps};
 pub use session::estimator_bytes::EstimatorBytes;
 pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
-pub use session::{CLASSES, Session, Statistics, Updated};
+pub use session::{CLASSES, Choice, Session, Statistics, Updated};
 pub use settings::{Estimator, Lens, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, by_name};
 pub use settings::{names, ranges};

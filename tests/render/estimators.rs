@@ -4,7 +4,7 @@
 
 use nephroid::Error;
 use nephroid::low_level::graph::DeviceClass;
-use nephroid::low_level::render::{Amplification, Estimator, Footprint, Record, Session, Settings, Weight};
+use nephroid::low_level::render::{Amplification, Estimator, Footprint, Method, Record, Session, Settings, Weight};
 use nephroid::low_level::scene::Scene;
 
 use crate::support::device::runtime;
@@ -213,7 +213,7 @@ fn tiles_leave_out_what_is_not_in_view() {
         caustic_smoothing: 1.5,
         global_smoothing: 2.0,
         largest_footprint: 0.03,
-        ..Settings::default()
+        ..Settings::of(Method::Photons)
     };
     let shot = Shot::take(&scene, &settings, 0..1);
     let (touched, stored) = (count(&shot, "photons_in_tiles"), shot.statistics.deposits);

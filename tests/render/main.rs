@@ -3,11 +3,11 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod auto;
 mod estimators;
 mod faults;
 mod light;
 mod media;
-mod mixed;
 mod path;
 mod photon_build;
 mod sampling;

@@ -4,7 +4,7 @@
 
 use nephroid::low_level::graph::Runtime;
 use nephroid::low_level::render::{
-    Estimator, PhotonBuild, Record, Session, Settings, Statistics, automatic_leaf, coverage,
+    Estimator, Method, PhotonBuild, Record, Session, Settings, Statistics, automatic_leaf, coverage,
 };
 use nephroid::low_level::scene::Scene;
 
@@ -12,7 +12,7 @@ use crate::support::device::runtime;
 use crate::support::lab::asset;
 
 fn small(photon_build: PhotonBuild, leaf_photons: Option<u32>) -> Settings {
-    Settings { width: 40, height: 30, photons: Some(6000), photon_build, leaf_photons, ..Settings::default() }
+    Settings { width: 40, height: 30, photons: Some(6000), photon_build, leaf_photons, ..Settings::of(Method::Photons) }
 }
 
 fn rendered(runtime: &Runtime, scene: &Scene, settings: Settings) -> Session {

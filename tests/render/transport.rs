@@ -2,7 +2,7 @@
 //!
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
-use nephroid::low_level::render::{Session, Settings};
+use nephroid::low_level::render::{Method, Session, Settings};
 use nephroid::low_level::scene::shapes::Mesh;
 use nephroid::low_level::scene::{
     Alpha, Camera, Environment, Image, Light, Material, Scene, Texture, TextureRef, Wrap,
@@ -16,7 +16,7 @@ fn mean(scene: Scene, passes: u64, photons: u32) -> f64 {
 }
 
 fn small() -> Settings {
-    Settings { width: 24, height: 24, ..Settings::default() }
+    Settings { width: 24, height: 24, ..Settings::of(Method::Photons) }
 }
 
 /// First pass of the means: late ones have small footprints, so that the bias at edges is below the noise.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nephroid::low_level::film::accumulate::Film;
 use nephroid::{
     Camera, CameraId, Change, Changes, Device, Instance, InstanceId, Lens, Light, LightId, Material, MaterialId, Mesh,
-    MeshId, Scene, Session, Settings, Step, Steps, Transform,
+    MeshId, Method, Scene, Session, Settings, Step, Steps, Transform,
 };
 
 use crate::support::device::runtime;
@@ -44,7 +44,7 @@ fn scene() -> Scene {
 }
 
 fn settings() -> Settings {
-    Settings { width: 24, height: 18, photons: Some(3000), ..Settings::default() }
+    Settings { width: 24, height: 18, photons: Some(3000), ..Settings::of(Method::Photons) }
 }
 
 fn device() -> Arc<Device> {

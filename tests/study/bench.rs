@@ -3,14 +3,15 @@
 use nephroid::low_level::bench::blobs;
 use nephroid::low_level::graph::{Graph, Grid, Runtime};
 use nephroid::low_level::kernels::generated::{BenchMultiply, BenchMultiplyBindings, BenchMultiplyParams};
-use nephroid::low_level::render::{Session, Settings, Statistics};
+use nephroid::low_level::render::{Method, Session, Settings, Statistics};
 
 use crate::support::device::runtime;
 use crate::support::proof;
 
 /// Renders two passes of the measured scene; counts pairs if told to.
 fn render(runtime: &Runtime, count_pairs: bool) -> (nephroid::low_level::picture::image::Picture, Statistics) {
-    let settings = Settings { width: 24, height: 16, photons: Some(5000), count_pairs, ..Settings::default() };
+    let settings =
+        Settings { width: 24, height: 16, photons: Some(5000), count_pairs, ..Settings::of(Method::Photons) };
     let mut session = Session::new(runtime.device(), blobs(8, 16), settings).expect("a session");
     for index in 0..2 {
         session.run_pass(index).expect("a pass");

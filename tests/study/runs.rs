@@ -106,9 +106,9 @@ fn go(path: &Path, runtime: &Runtime, observer: &mut Counter) -> Result<Results,
 
 /// A picture for the box: a reference in a file.
 fn make_box(folder: &Path, runtime: &Runtime) {
-    use nephroid::low_level::render::{Session, Settings};
+    use nephroid::low_level::render::{Method, Session, Settings};
     let scene = asset("cornell");
-    let settings = Settings { width: 10, height: 10, photons: Some(4000), seed: 77, ..Settings::default() };
+    let settings = Settings { width: 10, height: 10, photons: Some(4000), seed: 77, ..Settings::of(Method::Photons) };
     let mut session = Session::new(runtime.device(), scene, settings).expect("a session");
     (0..4).for_each(|pass| session.run_pass(pass).expect("a pass"));
     std::fs::create_dir_all(folder.join("out")).expect("a folder");

@@ -11,7 +11,7 @@ use crate::cli::device::DeviceArgs;
 use crate::cli::inputs::check_readable;
 use crate::cli::values::{self, Size};
 use crate::error::Result;
-use crate::render::{Settings, Steps};
+use crate::render::{Method, Settings, Steps};
 use crate::scene::{self, Limits};
 
 const HELP: &str = "\
@@ -55,7 +55,7 @@ pub fn run(args: &UpdateArgs) -> Result<()> {
     if scenes.is_empty() {
         scenes.push(blobs(128, 256));
     }
-    let settings = Settings { width: args.size.width, height: args.size.height, ..Settings::default() };
+    let settings = Settings { width: args.size.width, height: args.size.height, ..Settings::of(Method::Photons) };
     let repeats = args.repeats.min(u64::from(u32::MAX)) as u32;
     let open = || Ok(args.device.open()?.device().clone());
     let spinner = spinner();

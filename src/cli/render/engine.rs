@@ -80,7 +80,8 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
 /// Where a render stands, shown to the user; with a new estimate of its error where one is due.
 fn status(session: &Session, checkpoints: &Checkpoints, rule: &mut StopRule, monitor: &mut Monitor) -> Result<Status> {
     let (passes, photons) = (session.passes().count(), session.photons_emitted());
-    let mut status = Status { passes, photons, seconds: checkpoints.seconds(), ..Status::default() };
+    let next = checkpoints.next_pass(session).and_then(|index| session.expected_seconds(index));
+    let mut status = Status { passes, photons, seconds: checkpoints.seconds(), next, ..Status::default() };
     if rule.is_due(&status) {
         let begin = Instant::now();
         rule.add_estimate(&status, session.error_estimate()?.relative, begin.elapsed());

@@ -124,7 +124,8 @@ pub struct EffortArgs {
     #[arg(long, value_name = "N", value_parser = values::count, allow_negative_numbers = true)]
     pub passes: Option<u64>,
 
-    /// Rendering time, such as 30s, 2m, 1h30m; loading is not included, and the pass that is running then is finished
+    /// Rendering time, such as 30s, 2m, 1h30m; loading is not included. The render ends between two passes, as near to
+    /// this time as it can and at most a tenth later, but not before the first one
     /// [default: 30s without --passes and --target-error]
     #[arg(long, value_name = "TIME", value_parser = values::duration, allow_negative_numbers = true)]
     pub time: Option<f64>,
@@ -147,7 +148,8 @@ pub struct LightArgs {
     #[command(flatten)]
     pub environment: EnvironmentArgs,
 
-    /// How light is transported; the last two are slow references for the first
+    /// How light is transported. `auto` is `photons` where a flag asks for what only these have: --sampling,
+    /// --footprint, --bsdf
     #[arg(long, value_name = "METHOD", value_enum, default_value_t)]
     pub method: Method,
 

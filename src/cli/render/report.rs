@@ -2,10 +2,11 @@
 
 use super::stop_rule::StopReason;
 use crate::error::Result;
+use crate::film::mix::Round;
 use crate::graph::{Runtime, Timing};
 use crate::kernels::energy::Ledger;
 use crate::picture::exr::RenderInfo;
-use crate::render::{CLASSES, Session, Statistics};
+use crate::render::{CLASSES, Named, Session, Statistics};
 use crate::scene;
 
 /// Times of a render in seconds, why it ended, and the device's timeline.
@@ -40,7 +41,7 @@ pub(super) fn report(
     let scopes = scope_seconds(&session.timings());
     Ok(serde_json::json!({
         "scene": info.scene, "device": info.device, "version": env!("CARGO_PKG_VERSION"), "seed": info.seed,
-        "passes": statistics.passes, "seconds": info.seconds,
+        "passes": statistics.passes, "seconds": info.seconds, "choice": choice(session),
         "seconds_loading": measured.loaded, "seconds_preparing": measured.prepared,
         "photons_emitted": statistics.photons, "photons_stored": statistics.deposits,
         "photons_per_pass": { "caustic": caustic, "global": global },
@@ -75,6 +76,17 @@ fn energy(statistics: &Statistics) -> serde_json::Value {
         ((*name).to_owned(), entries.into())
     };
     classes.map(class).collect::<serde_json::Map<_, _>>().into()
+}
+
+/// What `--method auto` has chosen: passes of photons and of paths in the opening and in each round after it (`null`
+/// before that is known), and the method of the latter; `null` for other methods.
+fn choice(session: &Session) -> serde_json::Value {
+    let round = |round: Round| serde_json::json!({ "photons": round.first, "paths": round.second });
+    session.choice().map_or(serde_json::Value::Null, |choice| {
+        serde_json::json!({
+            "paths": choice.paths.name(), "opening": round(choice.turns.opening), "then": choice.turns.then.map(round),
+        })
+    })
 }
 
 /// The estimator by name, what it counted, and its bytes per photon that the map has room for.

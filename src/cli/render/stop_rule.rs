@@ -142,7 +142,7 @@ impl StopRule {
         if self.limit.passes.is_some_and(|limit| status.passes >= limit) {
             return Some(StopReason::Passes);
         }
-        self.limit.seconds.is_some_and(|limit| status.seconds >= limit).then_some(StopReason::Time)
+        self.limit.seconds.is_some_and(|limit| is_over(limit, status)).then_some(StopReason::Time)
     }
 
     /// Passes from `passes` on until the error is at `target`, along a line through the last estimates in logarithms.
@@ -151,6 +151,14 @@ impl StopRule {
         let wanted = at * (error / target).max(1.0).powf(-1.0 / slope(&self.history));
         Some((wanted - passes).max(0.0))
     }
+}
+
+/// Whether the time of a render is over: whether it ends nearer to its limit without the next pass than with it, or more
+/// than a tenth beyond it. The first pass is always rendered: it is the picture.
+fn is_over(limit: f64, status: &Status) -> bool {
+    let next = status.next.unwrap_or(0.0);
+    status.seconds >= limit
+        || status.passes > 0 && (status.seconds + 0.5 * next > limit || status.seconds + next > 1.1 * limit)
 }
 
 /// Slope of log error over log passes by least squares over the last estimates: -1/2 for noise alone, -1/3 (photon
@@ -229,6 +237,19 @@ mod tests {
             0,
             "no estimate without a target and without progress"
         );
+    }
+
+    #[test]
+    fn time_ends_between_passes_near_the_limit() {
+        let rule = StopRule::new(Limit { passes: None, seconds: Some(10.0) }, None, false);
+        let ends = |passes, seconds, next| {
+            rule.decide(&Status { passes, seconds, next, ..Status::default() }) == Some(StopReason::Time)
+        };
+        // A short pass goes beyond the limit by less than half of itself, none by more than a tenth of the limit.
+        assert!(!ends(9, 9.0, Some(1.5)) && ends(9, 9.5, Some(1.5)));
+        assert!(!ends(2, 6.0, Some(4.9)) && ends(2, 6.0, Some(5.1)));
+        assert!(ends(9, 10.0, Some(0.0)) && !ends(9, 9.9, None));
+        assert!(!ends(0, 0.0, Some(100.0)), "no picture without a pass");
     }
 
     #[test]

@@ -46,17 +46,26 @@ fn footprints(photons: &[Photon]) -> f64 {
     photons.iter().map(|p| 1.0 / f64::from(f32::from_bits(p.d[3]).abs())).sum()
 }
 
+/// What a survey of a few photons says of a session's passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Survey {
+    /// Photons in a leaf of the map.
+    pub leaf: u32,
+    /// Photons that a point of the scene meets on average, in the first pass.
+    pub coverage: f64,
+}
+
 /// The leaf size of a session to which nobody said any; `None` where there is no tree.
 ///
 /// # Errors
 /// Those of the device.
-pub fn chosen(runtime: &Runtime, content: Content<'_>) -> Result<Option<u32>> {
+pub fn chosen(runtime: &Runtime, content: Content<'_>) -> Result<Option<Survey>> {
     let budget = PhotonBudget::of(content.device, content.settings);
     if !content.has_photon_tree(&budget) {
         return Ok(None);
     }
     let coverage = survey(runtime, content, &budget)?;
-    Ok(Some(automatic(coverage, content.settings.photon_build)))
+    Ok(Some(Survey { leaf: automatic(coverage, content.settings.photon_build), coverage }))
 }
 
 /// Coverage of the first pass, estimated by fewer photons with footprints of the same size: depends on scene and

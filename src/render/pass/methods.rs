@@ -19,7 +19,7 @@ pub fn prepare(
 ) -> Box<dyn Transport> {
     match content.settings.method {
         // Of its other passes another session has the plan.
-        Method::Mixed | Method::Photons => Box::new(Photons::prepare(g, content, buffers, budget)),
+        Method::Auto | Method::Photons => Box::new(Photons::prepare(g, content, buffers, budget)),
         Method::Hybrid => Box::new(EyePaths::with_caustics(g, content, buffers, budget)),
         Method::Path => Box::new(EyePaths::alone()),
         Method::Light => Box::new(LightPaths::prepare(g, content, buffers, budget)),

@@ -5,7 +5,7 @@ mod camera_input;
 pub mod content;
 mod emission;
 pub mod estimator;
-mod eye;
+pub mod eye;
 pub mod film_state;
 mod host_map;
 pub mod leaf_size;

@@ -69,11 +69,15 @@ pub fn plan_survey(content: Content<'_>, budget: &PhotonBudget) -> (Planned, Rea
 
 fn begin(content: Content<'_>) -> (Graph, SceneBuffers, Input<Pass>) {
     let mut g = Graph::new().with_device_class(content.device.device_class);
+    if content.settings.count_work {
+        g = g.with_tallies();
+    }
     let (buffers, pass) = content.device.import(&mut g, Pass::default());
     (g, buffers, pass)
 }
 
-fn end(g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
+fn end(mut g: Graph, pass: Input<Pass>, reports: Reports) -> Planned {
+    let reports = Reports { work: g.take_tallies(), ..reports };
     let start = Instant::now();
     let plan = g.plan().unwrap_or_else(|error| panic!("the pass is declared wrong: {error}"));
     Planned { plan, pass, cameras: vec![], reports, seconds: start.elapsed().as_secs_f64() }

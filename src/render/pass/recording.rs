@@ -10,7 +10,7 @@ use super::host_map::HostMap;
 use super::plan::{Planned, plan, plan_photons, plan_picture};
 use super::reports::Reports;
 use crate::error::Result;
-use crate::graph::{Executable, Input, Readback, Runtime, Timing};
+use crate::graph::{Executable, Input, Readback, Runtime, Tally, Timing};
 use crate::kernels::energy::Ledger;
 use crate::kernels::generated::{Aabb, Pass, Photon};
 use crate::render::scene::memory::Memory;
@@ -161,6 +161,14 @@ impl Recording {
             part.reports.structure.iter().map(count).collect::<Vec<_>>()
         };
         self.parts.iter().flat_map(read).collect()
+    }
+
+    /// Counts of work of the last pass, where they are wanted; kinds repeat.
+    pub fn work(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        self.parts.iter().flat_map(|part| {
+            let count = |tally: &Tally| u64::from(tally.times) * u64::from(part.executable.read(&tally.count)[0]);
+            part.reports.work.iter().map(move |tally| (tally.kind, count(tally)))
+        })
     }
 
     /// Tested and accepted pairs of the last pass, where they are counted.

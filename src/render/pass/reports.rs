@@ -1,6 +1,6 @@
 //! Numbers that a pass brings to the host.
 
-use crate::graph::{Graph, Readback};
+use crate::graph::{Graph, Readback, Tally};
 use crate::kernels::deposits::Deposits;
 use crate::kernels::generated::Photon;
 
@@ -18,6 +18,8 @@ pub struct Reports {
     pub structure: Vec<(&'static str, Readback<u32>)>,
     /// What was gathered, where pairs are counted.
     pub gathered: Vec<Readback<[f32; 4]>>,
+    /// Counts of work, where they are wanted.
+    pub work: Vec<Tally>,
     /// The deposits, where they are wanted.
     pub photons: Option<Readback<Photon>>,
 }

@@ -91,6 +91,8 @@ pub struct DeviceScene {
     pub light_count: u32,
     /// Whether any light has an extent: emissive triangles or an environment.
     pub(in crate::render) has_wide_lights: bool,
+    /// There are point, spot or directional lights.
+    pub(in crate::render) has_lights_without_extent: bool,
     /// Number of spheres that caustic photons are aimed at; 0: no caustics.
     pub caster_count: u32,
     /// Triangles in the tree.
@@ -237,6 +239,7 @@ impl DeviceScene {
             variant: Variant::default(),
             light_count: 0,
             has_wide_lights: false,
+            has_lights_without_extent: false,
             caster_count: 0,
             triangle_count: 0,
             skipped_triangles: 0,
@@ -347,6 +350,7 @@ impl DeviceScene {
         self.light_count = table.lights.len() as u32;
         let sky = self.host.sky.as_ref();
         self.has_wide_lights = table.has_triangles || sky.is_some();
+        self.has_lights_without_extent = table.has_delta;
         self.exponents = table.film_exponents(scene, &self.host);
         self.light_power = table.greatest_power(sky);
         let [environment_width, environment_height] = sky.map_or([0; 2], |sky| sky.size);

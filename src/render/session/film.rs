@@ -73,6 +73,8 @@ impl Session {
             theirs.passes = film.split_passes()[1].clone();
             (theirs.sums, theirs.layers) = (mix.sums.clone(), mix.layers.clone());
             other.session.restore(&theirs)?;
+            // The film may know what follows the opening, and this session not yet.
+            other.turns = mix.turns.agreed(other.turns).unwrap_or(mix.turns);
         }
         self.stale_film = false;
         self.rejected_before = film.rejected;

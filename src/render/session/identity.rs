@@ -12,7 +12,10 @@ use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 /// Content is what was loaded, not the bytes of the files: a copy in another folder is the same scene. What the session
 /// chooses by itself (leaf size, estimator) is called `automatic`: on one device it is the same each time.
 pub fn identity(scene: &Scene, settings: &Settings) -> Identity {
-    let settings = settings_as_text(settings).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    let settings = settings_as_text(&settings.clone().resolved())
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect();
     Identity { scene: scene_hash(scene), settings }
 }
 
@@ -48,6 +51,7 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         full_program,
         lambert_estimate,
         // Measurements: they change no pass.
+        count_work: _,
         count_pairs: _,
         read_photons: _,
     } = settings;

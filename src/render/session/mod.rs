@@ -10,6 +10,7 @@ mod passes;
 mod pixels;
 mod report;
 mod statistics;
+mod trial;
 mod turns;
 mod update;
 
@@ -17,7 +18,6 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::film::accumulate::PassSet;
-use crate::film::mix::Turns;
 use crate::graph::Runtime;
 use crate::render::pass::budget::PhotonBudget;
 use crate::render::pass::content::Content;
@@ -30,7 +30,10 @@ use crate::render::settings::{Method, Settings};
 use crate::scene::Scene;
 use crate::vk::Device;
 
+use turns::Other;
+
 pub use statistics::{CLASSES, Statistics};
+pub use turns::Choice;
 pub use update::Updated;
 
 /// A render in progress.
@@ -43,6 +46,8 @@ pub struct Session {
     state: FilmState,
     recording: Recording,
     statistics: Statistics,
+    /// Seconds that the last pass of this session took, without those of [`Other`].
+    last_seconds: Option<f64>,
     passes: PassSet,
     /// Values rejected in passes of a film that was restored.
     rejected_before: u64,
@@ -52,16 +57,10 @@ pub struct Session {
     automatic_leaf: bool,
     /// It is to be found out again before the next pass.
     stale_leaf: bool,
+    /// Photons that a point of the scene meets on average, in the first pass; `None` where nobody asked.
+    coverage: Option<f64>,
     /// Passes of another method, where methods take turns.
     other: Option<Box<Other>>,
-}
-
-/// The passes that are not the session's own.
-struct Other {
-    turns: Turns,
-    session: Session,
-    /// The last pass was one of them.
-    was_last: bool,
 }
 
 impl Session {
@@ -76,13 +75,15 @@ impl Session {
         let runtime = &Runtime::new(device.clone());
         let device_scene = DeviceScene::new(runtime, &scene, &settings)?;
         let scene = Arc::new(scene);
-        let mut other = None;
-        if settings.method == Method::Mixed {
-            let on_device = (scene.clone(), device_scene.clone());
-            let session = Self::over(runtime, on_device, turns::settings_of_paths(&settings))?;
-            other = Some(Box::new(Other { turns: turns::turns(&device_scene), session, was_last: false }));
+        let settings = settings.resolved();
+        if settings.method != Method::Auto {
+            return Self::over(runtime, (scene, device_scene), settings);
         }
-        Ok(Self { other, ..Self::over(runtime, (scene, device_scene), settings)? })
+        let settings = Settings { count_work: true, ..settings };
+        let mut paths = turns::settings_of_paths(&settings);
+        paths.method = trial::method_of_paths(runtime, (&scene, &device_scene), &paths)?;
+        let paths = Self::over(runtime, (scene.clone(), device_scene.clone()), paths)?;
+        Ok(Self { other: Some(Box::new(Other::new(paths))), ..Self::over(runtime, (scene, device_scene), settings)? })
     }
 
     /// A session of one method over a scene that is on the device.
@@ -94,10 +95,13 @@ impl Session {
         device_scene.specialise(&settings);
         let budget = PhotonBudget::of(&device_scene, &settings);
         let automatic_leaf = settings.leaf_photons.is_none();
+        let mut coverage = None;
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let state = FilmState::new(Memory::Device(runtime), content)?;
         if automatic_leaf {
-            settings.leaf_photons = leaf_size::chosen(runtime, content)?;
+            let survey = leaf_size::chosen(runtime, content)?;
+            settings.leaf_photons = survey.map(|survey| survey.leaf);
+            coverage = survey.map(|survey| survey.coverage);
         }
         let content = Content { scene: &scene, device: &device_scene, settings: &settings };
         let recording = Recording::new(runtime, content, &budget, &state)?;
@@ -110,11 +114,13 @@ impl Session {
             state,
             recording,
             statistics: Statistics::none(),
+            last_seconds: None,
             passes: PassSet::default(),
             rejected_before: 0,
             stale_film: false,
             automatic_leaf,
             stale_leaf: false,
+            coverage,
             other: None,
         })
     }

@@ -228,6 +228,7 @@ fn saving(name: &'static str, lean: &Outline, with: &Outline) -> Saving {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::settings::Method;
     use crate::scene::shapes::Mesh;
     use crate::scene::{Camera, Light, Material};
 
@@ -236,7 +237,7 @@ mod tests {
         let light = Light::Point { position: [0.0, 1.0, 0.0], intensity: [1.0; 3] };
         let camera = Camera::look_at([0.0, 2.0, 2.0], [0.0; 3], [0.0, 1.0, 0.0], 0.7);
         let scene = Scene::from_parts(vec![(quad, material)], vec![light], camera);
-        let settings = Settings { width: 32, height: 24, photons: Some(1000), ..Settings::default() };
+        let settings = Settings { width: 32, height: 24, photons: Some(1000), ..Settings::of(Method::Photons) };
         savings(&scene, &settings, DeviceClass::Cpu).expect("a plan needs no device")
     }
 

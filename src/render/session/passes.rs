@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::Session;
+use super::statistics::add_by_name;
 use crate::error::{Error, MemoryCause, Result};
 use crate::kernels::generated::{Pass, Photon};
 use crate::render::pass::recording::Recording;
@@ -17,21 +18,13 @@ impl Session {
         if self.passes.contains(index) {
             return Err(Error::Usage(format!("pass {index} is in the film already")));
         }
-        let own = match &mut self.other {
-            Some(other) => {
-                let (is_other, own) = other.turns.of(index);
-                other.was_last = is_other;
-                if is_other {
-                    other.session.run_pass(own)?;
-                    self.passes.insert(index);
-                    return Ok(());
-                }
-                own
-            }
-            None => index,
-        };
-        self.repeat_pass(own)?;
+        let (is_other, own) = self.turn_of(index)?;
+        match &mut self.other {
+            Some(other) if is_other => other.session.run_pass(own)?,
+            _ => self.repeat_pass(own)?,
+        }
         self.passes.insert(index);
+        self.note_turn(index, is_other);
         Ok(())
     }
 
@@ -96,12 +89,10 @@ impl Session {
         for (caustic, energy) in self.recording.energies() {
             s.energies[usize::from(!caustic)].add(&energy);
         }
-        for (name, value) in structure {
-            match s.structure_counts.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, total)) => *total += value,
-                None => s.structure_counts.push((name, value)),
-            }
-        }
-        s.seconds += start.elapsed().as_secs_f64();
+        add_by_name(&mut s.structure_counts, structure);
+        add_by_name(&mut s.work, self.recording.work());
+        let seconds = start.elapsed().as_secs_f64();
+        s.seconds += seconds;
+        self.last_seconds = Some(seconds);
     }
 }

@@ -49,6 +49,11 @@ impl Session {
         self.settings.leaf_photons
     }
 
+    /// Photons that a point of the scene meets on average, in the first pass; `None` where nobody asked.
+    pub fn coverage(&self) -> Option<f64> {
+        self.coverage
+    }
+
     /// Photons emitted per pass, caustic ones and others.
     pub fn photons_per_pass(&self) -> (u32, u32) {
         let of = |caustic: bool| self.budget.emissions.iter().filter(|e| e.caustic == caustic).map(|e| e.count).sum();

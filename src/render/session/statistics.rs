@@ -30,6 +30,9 @@ pub struct Statistics {
     pub pairs_tested: u64,
     /// Photons whose footprint held the eye hit, if [`Settings::count_pairs`](crate::render::Settings::count_pairs).
     pub pairs_accepted: u64,
+    /// Rays and the like by kind ([`crate::kernels::eye::EYE_RAYS`] and others), if
+    /// [`Settings::count_work`](crate::render::Settings::count_work); of the passes of this session alone.
+    pub work: Vec<(&'static str, u64)>,
     /// What the estimator built, by name: `photons_in_tiles` and `tile_entries` of [`crate::render::Estimator::Tiled`].
     pub structure_counts: Vec<(&'static str, u64)>,
     /// Seconds spent in passes.
@@ -62,6 +65,7 @@ impl Statistics {
         self.eye_paths_truncated += other.eye_paths_truncated;
         self.pairs_tested += other.pairs_tested;
         self.pairs_accepted += other.pairs_accepted;
+        add_by_name(&mut self.work, other.work.iter().copied());
         self.seconds += other.seconds;
     }
 
@@ -102,8 +106,19 @@ impl Statistics {
             rejected: 0,
             pairs_tested: totals.pairs[0],
             pairs_accepted: totals.pairs[1],
+            work: vec![],
             structure_counts: known(&STRUCTURE_COUNTS, &totals.structure),
             seconds: totals.seconds,
+        }
+    }
+}
+
+/// Adds amounts to those of the same names.
+pub(super) fn add_by_name(sums: &mut Vec<(&'static str, u64)>, amounts: impl IntoIterator<Item = (&'static str, u64)>) {
+    for (name, amount) in amounts {
+        match sums.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += amount,
+            None => sums.push((name, amount)),
         }
     }
 }
@@ -133,6 +148,7 @@ mod tests {
             rejected: 0,
             pairs_tested: 6,
             pairs_accepted: 7,
+            work: vec![],
             structure_counts: vec![("photons_in_tiles", 8), ("tile_entries", 9)],
             seconds: 1.5,
         };

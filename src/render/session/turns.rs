@@ -1,13 +1,60 @@
-//! Methods that take turns: whose turn a pass is, and the settings of the passes of the other method.
+//! Photons and paths in turns ([`Method::Auto`]): whose turn a pass is, and how that is found out.
+//!
+//! The opening has passes of either method. What they show, and how many rays and photons they took, says which method
+//! is to have what part of the time from then on; after [`Turns::SECOND_LOOK`] passes this is said again, for good
+//! ([`crate::film::shares`]). So it depends on the scene, the settings and the seed alone. A part of a render that does
+//! not have these passes renders them to find out, and forgets them.
 
-use crate::film::mix::Turns;
-use crate::render::scene::upload::DeviceScene;
+use super::Session;
+use crate::error::Result;
+use crate::film::accumulate::PassSet;
+use crate::film::mix::{Round, Turns};
+use crate::film::shares;
+use crate::kernels::eye::{EYE_RAYS, SHADOW_RAYS};
+use crate::kernels::photon::PHOTON_RAYS;
+use crate::render::pass::eye;
 use crate::render::settings::{Estimator, Method, PhotonBuild, Sampling, Settings};
 
-/// Turns that give both methods about half of the time: where paths gather photons, too, a pass of theirs takes as long
-/// as one of photons, elsewhere a third of it.
-pub(super) fn turns(device: &DeviceScene) -> Turns {
-    Turns { first: 1, second: if device.caster_count > 0 { 1 } else { 3 } }
+/// The first passes: as few as tell something of the noise of either method. Those of paths are the shorter ones.
+const OPENING: Round = Round { first: 2, second: 6 };
+
+/// Time of a shadow ray, of a photon in whose footprint an eye hit lies with all that are tested for it, in that of a
+/// ray of an eye path (docs/performance: two cores, lavapipe 25.0.7).
+const WORK_OF_SHADOW: f64 = 0.5;
+const WORK_OF_PAIR: f64 = 0.1;
+
+/// What the seed of the passes of paths differs by.
+const OTHER_SEED: u32 = 0x5bd1_e995;
+
+/// The passes that are not the session's own.
+pub(super) struct Other {
+    pub turns: Turns,
+    pub session: Session,
+    /// The last pass was one of them.
+    pub was_last: bool,
+    /// Passes of the opening that this session has rendered since the film was empty, from the first on.
+    opened: u64,
+}
+
+/// What [`Method::Auto`] has chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// The method of the passes that are not of photons: [`Method::Hybrid`] or [`Method::Path`].
+    pub paths: Method,
+    /// How the passes follow each other; those of photons are of the first method.
+    pub turns: Turns,
+}
+
+impl Other {
+    pub fn new(session: Session) -> Self {
+        Self { turns: Turns::new(OPENING), session, was_last: false, opened: 0 }
+    }
+
+    /// Forgets all passes and what they have shown.
+    pub fn reset(&mut self) {
+        (self.turns, self.opened) = (Turns::new(OPENING), 0);
+        self.session.reset();
+    }
 }
 
 /// The settings of the passes of paths, for a render with these.
@@ -16,9 +63,117 @@ pub(super) fn settings_of_paths(settings: &Settings) -> Settings {
     let anywhere = [Estimator::Bvh, Estimator::Hash, Estimator::Knn, Estimator::Brute];
     Settings {
         method: Method::Hybrid,
+        // With the same random numbers both methods would err alike: at edges, and by the same caustic photons.
+        seed: settings.seed ^ OTHER_SEED,
         estimator: settings.estimator.filter(|estimator| anywhere.contains(estimator)),
         sampling: Sampling::Full,
         photon_build: PhotonBuild::Linear,
         ..settings.clone()
+    }
+}
+
+impl Session {
+    /// Whether the pass is of the other method, and its index among those of its method. Beyond the opening this finds
+    /// out what follows, if it is not known yet.
+    pub(super) fn turn_of(&mut self, index: u64) -> Result<(bool, u64)> {
+        let Some(other) = &self.other else { return Ok((false, index)) };
+        if index >= other.turns.known() {
+            self.choose_turns(index)?;
+        }
+        Ok(self.other.as_ref().map_or((false, index), |other| other.turns.of(index)))
+    }
+
+    /// Keeps in mind that a pass was rendered.
+    pub(super) fn note_turn(&mut self, index: u64, is_other: bool) {
+        if let Some(other) = &mut self.other {
+            other.was_last = is_other;
+            other.opened += u64::from(index == other.opened);
+        }
+    }
+
+    /// What [`Method::Auto`] has chosen; `None` for other methods.
+    pub fn choice(&self) -> Option<Choice> {
+        let other = self.other.as_ref()?;
+        Some(Choice { paths: other.session.settings.method, turns: other.turns })
+    }
+
+    /// Seconds that the pass with this index will take, by the last one of its method; `None` where no pass was
+    /// rendered yet.
+    pub fn expected_seconds(&self, index: u64) -> Option<f64> {
+        /// A pass of photons by one of paths: about so many times as long.
+        const PHOTONS_BY_PATHS: f64 = 4.0;
+        let Some(other) = &self.other else { return self.last_seconds };
+        let turns = other.turns;
+        // What is not known yet is as long as the longest pass so far.
+        let is_other = (index < turns.known()).then(|| turns.of(index).0);
+        let theirs = other.session.last_seconds;
+        match is_other {
+            Some(true) => theirs.or(self.last_seconds),
+            Some(false) => self.last_seconds.or(theirs.map(|seconds| PHOTONS_BY_PATHS * seconds)),
+            None => self.last_seconds.into_iter().chain(theirs).reduce(f64::max),
+        }
+    }
+
+    /// Finds out whose turn the pass is, from those before it that tell.
+    fn choose_turns(&mut self, index: u64) -> Result<()> {
+        while let Some(other) = &self.other
+            && index >= other.turns.known()
+        {
+            let known = other.turns.known();
+            let counts = other.turns.then.is_some() || other.opened == known;
+            if counts && self.passes == PassSet::of(0..known) {
+                self.add_turns()?;
+            } else {
+                self.rehearse_turns(if index < Turns::SECOND_LOOK { known } else { Turns::SECOND_LOOK })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What follows the passes of this session, which are all that are known.
+    fn add_turns(&mut self) -> Result<()> {
+        let film = self.film()?;
+        let work = self.work_per_pass();
+        if let Some(other) = &mut self.other {
+            if other.turns.then.is_none() {
+                let ratio = work / other.session.work_per_pass().max(1.0);
+                other.turns.work = (ratio * f64::from(Turns::WORK_UNITS)).round().clamp(1.0, 1e6) as u32;
+            }
+            other.turns = shares::next(&film, other.turns);
+        }
+        Ok(())
+    }
+
+    /// Renders these first passes of the render to find out what follows, and forgets them.
+    fn rehearse_turns(&mut self, passes: u64) -> Result<()> {
+        let (film, before) = (self.film()?, self.statistics.clone());
+        let theirs = self.other.as_ref().map(|other| other.session.statistics.clone());
+        self.reset();
+        (0..passes).try_for_each(|index| self.run_pass(index))?;
+        self.add_turns()?;
+        let turns = self.other.as_ref().map(|other| other.turns);
+        self.reset();
+        self.restore(&film)?;
+        self.statistics = before;
+        if let (Some(other), Some(turns), Some(theirs)) = (&mut self.other, turns, theirs) {
+            other.session.statistics = theirs;
+            other.turns = turns;
+        }
+        Ok(())
+    }
+
+    /// Work of a pass, by the counts of all passes so far, in the time of a ray of an eye path on a processor; the
+    /// passes of the other method are not among them.
+    pub(super) fn work_per_pass(&self) -> f64 {
+        let count = |kind| {
+            let counts = self.statistics.work.iter().filter(|(known, _)| *known == kind);
+            counts.map(|(_, count)| *count as f64).sum::<f64>() / self.statistics.passes.max(1) as f64
+        };
+        let shadow_rays = count(SHADOW_RAYS);
+        // Hits that gather: those that look for lights, by as many rays.
+        let samples =
+            if self.settings.method.traits().traces_paths { 1 } else { eye::light_samples(&self.device_scene) };
+        let pairs = shadow_rays / f64::from(samples.max(1)) * self.coverage.filter(|c| c.is_finite()).unwrap_or(0.0);
+        count(EYE_RAYS) + count(PHOTON_RAYS) + WORK_OF_SHADOW * shadow_rays + WORK_OF_PAIR * pairs
     }
 }

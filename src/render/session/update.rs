@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::changes::{Change, Changes, Effect, Step, Steps};
-use super::{Session, Statistics};
+use super::{Session, Statistics, trial, turns};
 use crate::error::{Error, Result};
 use crate::film::accumulate::PassSet;
 use crate::kernels::photon::Emission;
@@ -14,7 +14,7 @@ use crate::render::pass::film_state::FilmState;
 use crate::render::pass::leaf_size;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
-use crate::render::settings::PhotonBuild;
+use crate::render::settings::{PhotonBuild, Settings};
 use crate::scene::Scene;
 
 /// What an update did.
@@ -74,10 +74,25 @@ impl Session {
             return Err(error);
         }
         let steps = self.redo(effect)?;
-        if let (Some(other), Some(changes)) = (&mut self.other, theirs) {
-            other.session.update(changes)?;
+        if let Some(changes) = theirs {
+            self.update_other(changes, &steps)?;
         }
         Ok(Updated { steps })
+    }
+
+    /// Changes the scene of the passes of paths, which may need photons now, or need them no more.
+    fn update_other(&mut self, changes: Changes, steps: &Steps) -> Result<()> {
+        let Some(other) = &mut self.other else { return Ok(()) };
+        other.session.update(changes)?;
+        if steps.has(Step::Film) {
+            let settings = turns::settings_of_paths(&self.settings);
+            let method = trial::method_of_paths(&self.runtime, (&self.scene, &self.device_scene), &settings)?;
+            if method != other.session.settings.method {
+                let on_device = (self.scene.clone(), self.device_scene.clone());
+                other.session = Self::over(&self.runtime, on_device, Settings { method, ..settings })?;
+            }
+        }
+        Ok(())
     }
 
     /// Empties the film and the statistics, so that the passes that follow are the first.
@@ -87,7 +102,7 @@ impl Session {
         self.rejected_before = 0;
         self.stale_film = true;
         if let Some(other) = &mut self.other {
-            other.session.reset();
+            other.reset();
         }
     }
 
@@ -151,7 +166,9 @@ impl Session {
             return Ok(false);
         }
         let former = self.settings.leaf_photons;
-        self.settings.leaf_photons = leaf_size::chosen(&self.runtime, self.content())?;
+        let survey = leaf_size::chosen(&self.runtime, self.content())?;
+        self.settings.leaf_photons = survey.map(|survey| survey.leaf);
+        self.coverage = survey.map(|survey| survey.coverage);
         self.stale_leaf = false;
         Ok(former != self.settings.leaf_photons)
     }

@@ -3,15 +3,15 @@
 /// Methods of light transport. The last two are references for the others: unbiased in what they see, and slow.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Photon mapping.
+    /// Passes of [`Self::Photons`] and of [`Self::Hybrid`] in turns, and a picture that takes from both what serves it
+    /// best ([`crate::film::mix`]). The first passes tell how much time either gets ([`crate::film::shares`]).
     #[default]
+    Auto,
+    /// Photon mapping.
     Photons,
     /// Path tracing, and photons for what it cannot find: light that reaches a surface by way of mirrors and glass
     /// alone. Where nothing can focus light, this is [`Self::Path`], and no photon is traced.
     Hybrid,
-    /// Passes of [`Self::Photons`] and of [`Self::Hybrid`] in turns, and a picture that takes from both what serves it
-    /// best ([`crate::film::mix`]): for rooms and outdoors.
-    Mixed,
     /// Paths from the eye with next-event estimation and multiple importance sampling. They cannot find caustics of
     /// lights without extent, and seldom find those of small lights.
     Path,
@@ -60,8 +60,7 @@ impl Method {
             ..photons
         };
         match self {
-            Self::Mixed => Traits { takes_blinn_phong: false, ..photons },
-            Self::Photons => photons,
+            Self::Auto | Self::Photons => photons,
             Self::Hybrid => hybrid,
             Self::Path => Traits { emits_photons: false, estimates_density: false, ..hybrid },
             Self::Light => Traits { estimates_density: false, takes_lens: false, ..photons },

@@ -91,6 +91,9 @@ pub struct Settings {
     /// has: to measure what the full reflection costs. Photons and eye paths stay as they are; at every hit the
     /// stored reflectance counts, which is wrong where the surface is glossy.
     pub lambert_estimate: bool,
+    /// Counts rays ([`crate::render::Statistics::work`]): for measurements and for [`Method::Auto`], which counts them
+    /// by itself.
+    pub count_work: bool,
     /// Counts the photons that the gather tests and accepts ([`crate::render::Statistics`]): for measurements, slower.
     pub count_pairs: bool,
     /// Brings the photons of each pass to the host ([`crate::render::Session::photons`]), packed ones as the discs that
@@ -129,6 +132,7 @@ impl Default for Settings {
             amplification: Amplification::default(),
             full_program: false,
             lambert_estimate: false,
+            count_work: false,
             count_pairs: false,
             read_photons: false,
         }
@@ -136,9 +140,28 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The defaults with this method.
+    pub fn of(method: Method) -> Self {
+        Self { method, ..Self::default() }
+    }
+
     /// Pixels of the image.
     pub fn pixels(&self) -> u32 {
         self.width.saturating_mul(self.height)
+    }
+
+    /// These settings with the method that they mean: [`Method::Auto`] is [`Method::Photons`] where something is asked
+    /// for that only these have (a part of the estimate, footprints by other rules, other reflection models, counts of
+    /// pairs, the photons themselves).
+    pub fn resolved(self) -> Self {
+        let of_photons = self.sampling != Sampling::Full
+            || self.footprint != Footprint::Differential
+            || self.blinn_phong
+            || self.lambert_estimate
+            || self.count_pairs
+            || self.read_photons;
+        let method = if of_photons && self.method == Method::Auto { Method::Photons } else { self.method };
+        Self { method, ..self }
     }
 
     /// The estimator to use on a device of this class.

@@ -39,13 +39,13 @@ impl Named for Estimator {
 }
 
 impl Named for Method {
-    const VALUES: &'static [Self] = &[Self::Photons, Self::Hybrid, Self::Mixed, Self::Path, Self::Light];
+    const VALUES: &'static [Self] = &[Self::Auto, Self::Photons, Self::Hybrid, Self::Path, Self::Light];
 
     fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::Photons => "photons",
             Self::Hybrid => "hybrid",
-            Self::Mixed => "mixed",
             Self::Path => "path",
             Self::Light => "light",
         }
@@ -53,9 +53,11 @@ impl Named for Method {
 
     fn help(self) -> &'static str {
         match self {
-            Self::Photons => "Photon mapping: sees everything",
+            Self::Auto => {
+                "Photons and hybrid in turns, each where it is better; the first passes tell how much of either"
+            }
+            Self::Photons => "Photon mapping: sees everything, with a bias that shrinks",
             Self::Hybrid => "Path tracing, with photons for caustics: sees everything",
-            Self::Mixed => "Photons and hybrid in turns, each where it is better: for rooms and outdoors",
             Self::Path => "Path tracing: no caustics of lights without extent",
             Self::Light => "Light tracing: nothing in mirrors and glass",
         }

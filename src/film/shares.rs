@@ -1,0 +1,212 @@
+//! What part of the time either of two methods gets, from what their first passes show.
+//!
+//! The methods are those of [`super::mix`]: the first has little noise and perhaps a bias, the second has none. The
+//! noise of both follows from the spread of their passes; the squared bias of the first is what the squared difference
+//! of both is above their variances, summed over the picture. A window of pixels would tell more of one place and less
+//! for sure: over the whole picture a bias of a hundredth of the noise is seen.
+//!
+//! With t times the passes, the squared error of the first method is v_p t^(-2/3) + b^2 (its footprints shrink, Knaus
+//! and Zwicker 2011; its bias is taken to stay, as it does at edges), that of the second v_t / t. What counts is the
+//! ratio of both after eight times the opening, for an equal part of the work. Where it is about one, each method is
+//! the better one at some places or at some times, and half of the work for each is never far from the best. A method
+//! that is far behind gets less, but for a sixteenth that the other one is checked by; nothing, if it is the first, as
+//! nothing can be learnt from it.
+
+use super::accumulate::Film;
+use super::mix::{Round, Turns, compared};
+
+/// By how much the work grows until the ratio of the errors counts.
+const GROWTH: f64 = 8.0;
+
+/// Part of the pixels that is left out, as of the errors of pictures: those with the most noise.
+const LEFT_OUT: f64 = 1e-3;
+
+/// How well two methods serve a picture: mean squares over its pixels, relative to what is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Variance of the mean of the passes of either method.
+    pub noise: [f64; 2],
+    /// Squared difference of both beyond their noise: the squared bias of one of them. It may be negative by chance.
+    pub difference: f64,
+    /// Standard error of the difference.
+    pub uncertainty: f64,
+}
+
+impl Standing {
+    /// From a film with passes of both methods; `None` with fewer than two of either, and for a black picture.
+    pub fn of(film: &Film) -> Option<Self> {
+        let (pixels, means) = compared(film)?;
+        let mean = means.iter().sum::<f64>() / means.len() as f64;
+        if mean.is_nan() || mean <= 0.0 {
+            return None;
+        }
+        // As relative errors are defined in `crate::compare::metrics`, with the mean of a window for a pixel's.
+        let relative = |(pixel, at): (&[f64; 3], &f64)| pixel.map(|x| x / (at * at + 0.01 * mean * mean));
+        let mut all: Vec<[f64; 3]> = pixels.iter().zip(&means).map(relative).collect();
+        all.sort_unstable_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
+        all.truncate(all.len() - (all.len() as f64 * LEFT_OUT) as usize);
+        let count = all.len() as f64;
+        let average = |of: &dyn Fn(&[f64; 3]) -> f64| all.iter().map(of).sum::<f64>() / count;
+        let beyond = |[p, t, difference]: &[f64; 3]| difference - p - t;
+        let difference = average(&beyond);
+        let spread = average(&|pixel| (beyond(pixel) - difference).powi(2));
+        let noise = [average(&|pixel| pixel[0]), average(&|pixel| pixel[1])];
+        Some(Self { noise, difference, uncertainty: (spread / count).sqrt() })
+    }
+
+    /// Squared error of the second over that of the first after [`GROWTH`] times the passes; `work` is that of all
+    /// passes so far.
+    fn ratio(self, work: [f64; 2]) -> f64 {
+        let bias = (self.difference - self.uncertainty).max(0.0);
+        let first = self.noise[0] / GROWTH.powf(NOISE_EXPONENT) + bias;
+        let second = self.noise[1] / GROWTH * (work[1] / work[0]);
+        if first > 0.0 { second / first } else { f64::INFINITY }
+    }
+}
+
+/// The noise of photons falls as the passes to this power: that of footprints of one size as 1, of those that shrink
+/// as 2/3, with all that is not theirs (edges, direct light) between both.
+const NOISE_EXPONENT: f64 = 0.9;
+
+/// Part of the work that the second method gets, where its squared error is `ratio` times that of the first.
+fn share(ratio: f64) -> f64 {
+    match ratio {
+        r if r < 0.2 => 1.0,
+        r if r < 0.5 => 7.0 / 8.0,
+        r if r < 0.8 => 3.0 / 4.0,
+        r if r < 1.5 => 1.0 / 2.0,
+        r if r < 3.0 => 1.0 / 4.0,
+        r if r < 6.0 => 1.0 / 8.0,
+        // Also what is no number.
+        _ => 1.0 / 16.0,
+    }
+}
+
+/// The turns after those that are known, from a film that has these and no others.
+pub fn next(film: &Film, turns: Turns) -> Turns {
+    let passes = film.split_passes().map(|passes| passes.count() as f64);
+    let ratio = f64::from(turns.work.max(1)) / f64::from(Turns::WORK_UNITS);
+    let share = Standing::of(film).map_or(0.5, |standing| share(standing.ratio([passes[0] * ratio, passes[1]])));
+    let round = Some(round_of(share, ratio));
+    match turns.then {
+        None => Turns { then: round, ..turns },
+        Some(_) => Turns { at_last: round, ..turns },
+    }
+}
+
+/// Whether the second method serves a picture at least as well as the first for an equal part of the work: for methods
+/// that both have no bias worth the name. What one of them has not found in these passes is the difference beyond their
+/// noise; it counts for the second as the noise that it will be once that is found.
+pub fn is_second_better(film: &Film, work: [f64; 2]) -> bool {
+    let Some(Standing { noise, difference, uncertainty }) = Standing::of(film) else { return false };
+    let missed = (difference - 2.0 * uncertainty).max(0.0);
+    (noise[1] + 4.0 * missed) * work[1] <= noise[0] * work[0]
+}
+
+/// The round with this part of the work for the second method, as near as few passes allow; a pass of the first takes
+/// `ratio` times the work of one of the second.
+fn round_of(share: f64, ratio: f64) -> Round {
+    const MOST: f64 = 64.0;
+    let seconds = ratio * share / (1.0 - share);
+    match seconds {
+        s if s >= 4.0 * MOST => Round { first: 0, second: 1 },
+        s if s >= 1.0 => Round { first: 1, second: s.min(MOST).round() as u32 },
+        s if s > 0.0 => Round { first: (1.0 / s).min(MOST).round() as u32, second: 1 },
+        _ => Round { first: 1, second: 1 },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::accumulate::PassSet;
+    use super::*;
+    use crate::random::Random;
+
+    const OPENING: Round = Round { first: 2, second: 6 };
+
+    /// A film of an opening on 64 x 48 pixels about 1: noise of a pass of either method, and the bias of the first.
+    fn film(noise: [f64; 2], bias: f64) -> Film {
+        let turns = Turns { work: 3 * Turns::WORK_UNITS, ..Turns::new(OPENING) };
+        let mut film = Film::new(64, 48, [3, 0], false).with_turns(Some(turns));
+        film.passes = PassSet::of(0..OPENING.passes());
+        let mut mix = film.mix.take().expect("a second method");
+        let mut random = Random(11);
+        let both = [(&mut film.sums, OPENING.first, noise[0], bias), (&mut mix.sums, OPENING.second, noise[1], 0.0)];
+        for (sums, passes, noise, bias) in both {
+            for pixel in sums.iter_mut() {
+                for _ in 0..passes {
+                    let value = ((1.0 + bias + noise * f64::from(random.normal())) / 8.0) as f32;
+                    for k in 0..3 {
+                        pixel[k] = pixel[k].plus(value);
+                        pixel[3 + k] = pixel[3 + k].plus(value * value);
+                    }
+                }
+            }
+        }
+        film.mix = Some(mix);
+        film
+    }
+
+    fn next_round(noise: [f64; 2], bias: f64) -> Round {
+        let film = film(noise, bias);
+        let turns = film.mix.as_ref().expect("a second method").turns;
+        let next = next(&film, turns);
+        assert_eq!((next.opening, next.work, next.at_last), (turns.opening, turns.work, None));
+        next.then.expect("known")
+    }
+
+    #[test]
+    fn a_standing_is_what_the_passes_have() {
+        let standing = Standing::of(&film([0.2, 0.6], 0.0)).expect("known");
+        let expected = [0.2f64.powi(2) / 2.0, 0.6f64.powi(2) / 6.0].map(|x| x / 1.01);
+        for (found, expected) in standing.noise.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.1, "{found} for {expected}");
+        }
+        assert!(standing.difference.abs() < 4.0 * standing.uncertainty, "{standing:?}");
+        assert!(standing.uncertainty < 0.05 * standing.noise[1], "{standing:?}");
+        let biased = Standing::of(&film([0.2, 0.6], 0.3)).expect("known");
+        let seen = (biased.difference - standing.difference) / 0.09;
+        assert!((seen - 0.8).abs() < 0.2, "of the squared bias, as the mean of both is brighter: {seen}");
+        assert_eq!(Standing::of(&Film::new(4, 4, [0; 2], false)), None, "one method");
+        let black = Film { sums: vec![[super::super::exact::ExactSum::default(); 9]; 64 * 48], ..film([0.1; 2], 0.0) };
+        let mut black = black;
+        black.mix.as_mut().expect("a second method").sums = black.sums.clone();
+        assert_eq!(Standing::of(&black), None, "black");
+    }
+
+    #[test]
+    fn the_better_method_gets_the_work() {
+        let second = |round: Round| {
+            // Passes of the first take three times the work.
+            f64::from(round.second) / f64::from(3 * round.first + round.second)
+        };
+        assert!(second(next_round([0.02, 1.0], 0.0)) < 0.1, "photons");
+        let alike = second(next_round([0.3, 0.5], 0.0));
+        assert!((0.3..0.7).contains(&alike), "{alike}");
+        assert_eq!(next_round([0.02, 1.0], 1.0), Round { first: 0, second: 1 }, "a bias as large as the picture");
+        assert!(second(next_round([0.02, 1.0], 0.3)) > 0.3, "a bias of a third");
+        assert_eq!(next_round([1.0, 0.02], 0.0), Round { first: 0, second: 1 }, "paths");
+    }
+
+    #[test]
+    fn rounds_have_the_parts_of_the_work() {
+        for ratio in [0.1, 0.5, 1.0, 3.0, 10.0] {
+            for share in [1.0 / 16.0, 0.25, 0.5, 7.0 / 8.0] {
+                let Round { first, second } = round_of(share, ratio);
+                let found = f64::from(second) / (f64::from(first) * ratio + f64::from(second));
+                assert!((found - share).abs() < 0.11, "{share} at {ratio}: {found}");
+                assert!(first > 0 && second > 0 && first + second <= 161, "{first} + {second}");
+            }
+            assert_eq!(round_of(1.0, ratio), Round { first: 0, second: 1 });
+        }
+        assert_eq!(round_of(0.5, f64::NAN), Round { first: 1, second: 1 });
+    }
+
+    #[test]
+    fn a_method_that_misses_light_is_not_the_better_one() {
+        assert!(is_second_better(&film([0.5, 0.5], 0.0), [1.0, 0.3]));
+        assert!(!is_second_better(&film([0.5, 0.5], 0.0), [0.3, 1.0]));
+        assert!(!is_second_better(&film([0.5, 0.5], 0.4), [1.0, 0.3]));
+        assert!(!is_second_better(&Film::new(4, 4, [0; 2], false), [1.0; 2]));
+    }
+}

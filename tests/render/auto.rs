@@ -1,0 +1,162 @@
+//! Photons and paths in turns: films are those of either method alone, and go on, add up and change as all films do.
+//! What follows the opening is the same in each part of a render.
+
+use nephroid::low_level::film::accumulate::Film;
+use nephroid::low_level::film::mix::{Round, Turns};
+use nephroid::low_level::render::{Changes, Footprint, Method, Sampling, Session, Settings};
+use nephroid::low_level::scene::{LightId, Scene};
+
+use crate::support::device::{Shared, runtime};
+use crate::support::lab::asset;
+
+fn settings(method: Method) -> Settings {
+    Settings { width: 24, height: 18, photons: Some(2000), layers: true, method, ..Settings::default() }
+}
+
+fn session(runtime: &Shared, scene: &Scene, method: Method) -> Session {
+    Session::new(runtime.device(), scene.clone(), settings(method)).expect("a session")
+}
+
+fn run(session: &mut Session, passes: std::ops::Range<u64>) -> Film {
+    passes.for_each(|index| session.run_pass(index).expect("a pass without validation message"));
+    session.film().expect("a film")
+}
+
+/// Passes of an opening.
+const OPENING: u64 = 8;
+
+/// The seed of the passes of paths of a render with seed 0: with one seed for all, both methods would err alike.
+const SEED_OF_PATHS: u32 = 0x5bd1_e995;
+
+#[test]
+fn films_are_those_of_either_method() {
+    let runtime = runtime();
+    for name in ["cornell", "cornell-glass"] {
+        let scene = asset(name);
+        let mut running = session(&runtime, &scene, Method::Auto);
+        let film = run(&mut running, 0..OPENING + 5);
+        let choice = running.choice().expect("a choice");
+        assert!(choice.turns.then.is_some() && choice.turns.opening.passes() == OPENING, "{choice:?}");
+        let of_method = film.split_passes().map(|passes| passes.count());
+        let photons = run(&mut session(&runtime, &scene, Method::Photons), 0..of_method[0]);
+        let paths = Settings { seed: SEED_OF_PATHS, ..settings(choice.paths) };
+        let mut paths = Session::new(runtime.device(), scene.clone(), paths).expect("a session");
+        let paths = run(&mut paths, 0..of_method[1]);
+        let mix = film.mix.as_ref().expect("a second method");
+        assert!(film.sums == photons.sums && film.layers == photons.layers, "{name}: photons");
+        assert!(mix.sums == paths.sums && mix.layers == paths.layers, "{name}: paths");
+        assert_eq!(of_method[0] + of_method[1], OPENING + 5);
+        // Each pixel is between those of the two.
+        let [p, t, m] = [&photons, &paths, &film].map(|film| film.picture().layers[0].data.clone());
+        let between = |((p, t), m): ((&f32, &f32), &f32)| *m >= p.min(*t) - 1e-4 * m && *m <= p.max(*t) + 1e-4 * m;
+        assert!(p.iter().zip(&t).zip(&m).all(between), "{name}: beyond both");
+        // What light is made of adds up to it.
+        let picture = film.picture();
+        let parts = ["direct", "indirect", "caustic"].map(|name| &picture.layer(name).expect("a layer").data);
+        let sum = |i: usize| parts.iter().map(|part| part[i]).sum::<f32>();
+        assert!((0..m.len()).all(|i| (sum(i) - m[i]).abs() <= 1e-3 * m[i] + 1e-6), "{name}: layers");
+    }
+}
+
+#[test]
+fn films_go_on_and_add_up_bit_for_bit() {
+    let runtime = runtime();
+    let scene = asset("cornell-glass");
+    let settings = || Settings {
+        width: 8,
+        height: 6,
+        photons: Some(500),
+        photon_bounces: 6,
+        eye_depth: 6,
+        ..settings(Method::Auto)
+    };
+    let new = || Session::new(runtime.device(), scene.clone(), settings()).expect("a session");
+    let last = Turns::SECOND_LOOK + 3;
+    let mut running = new();
+    let whole = run(&mut running, 0..last);
+    // Stopped in the opening, after it, and after the second look: what follows is found out anew, or known.
+    for middle in [3, OPENING, OPENING + 2, Turns::SECOND_LOOK, Turns::SECOND_LOOK + 1] {
+        running.reset();
+        let begin = run(&mut running, 0..middle);
+        let mut other = new();
+        other.restore(&begin).expect("the same render");
+        assert!(run(&mut other, middle..last) == whole, "resumed at {middle}");
+        other.reset();
+        let mut sum = run(&mut other, middle..last);
+        let photons = other.statistics().expect("counts").photons;
+        let passes = sum.split_passes().map(|passes| passes.count());
+        sum.merge(&begin).expect("apart");
+        assert!(sum == whole, "merged at {middle}");
+        // The passes that a part renders to find out what follows are none of its film.
+        let of_paths = if other.choice().expect("a choice").paths == Method::Hybrid { 250 } else { 0 };
+        assert_eq!(photons, 500 * passes[0] + of_paths * passes[1], "counts of a part from {middle}");
+    }
+    assert!(run(&mut running, Turns::SECOND_LOOK + 1..last + 1) != whole, "the check can fail");
+    let mut alone = Session::new(runtime.device(), scene.clone(), Settings { method: Method::Photons, ..settings() });
+    let alone = run(alone.as_mut().expect("a session"), 0..2);
+    assert!(running.restore(&alone).is_err(), "a film of one method");
+}
+
+#[test]
+fn films_of_other_turns_are_refused() {
+    let runtime = runtime();
+    let scene = asset("cornell");
+    let film = run(&mut session(&runtime, &scene, Method::Auto), 0..OPENING + 1);
+    let mut elsewhere = run(&mut session(&runtime, &scene, Method::Auto), OPENING + 1..OPENING + 2);
+    let mix = elsewhere.mix.as_mut().expect("a second method");
+    mix.turns.then = Some(Round { first: 7, second: 9 });
+    let refusal = film.clone().merge(&elsewhere).expect_err("other turns").to_string();
+    assert!(refusal.contains("in other turns"), "{refusal}");
+}
+
+#[test]
+fn what_only_photons_have_is_rendered_by_photons() {
+    let runtime = runtime();
+    let scene = asset("cornell");
+    let of = |change: fn(&mut Settings)| {
+        let mut settings = settings(Method::Auto);
+        change(&mut settings);
+        Session::new(runtime.device(), scene.clone(), settings).expect("a session").choice().is_some()
+    };
+    assert!(of(|_| ()));
+    for change in [
+        (|s| s.blinn_phong = true) as fn(&mut Settings),
+        |s| s.sampling = Sampling::Regular(2),
+        |s| s.footprint = Footprint::Fixed(0.1),
+        |s| s.count_pairs = true,
+        |s| s.read_photons = true,
+        |s| s.lambert_estimate = true,
+    ] {
+        assert!(!of(change));
+    }
+}
+
+#[test]
+fn a_change_reaches_both_methods() {
+    let runtime = runtime();
+    let mut scene = asset("light-point");
+    let mut running = session(&runtime, &scene, Method::Auto);
+    run(&mut running, 0..2);
+    let mut light = scene.lights[0];
+    if let nephroid::low_level::scene::Light::Point { intensity, .. } = &mut light {
+        *intensity = intensity.map(|x| 2.0 * x);
+    }
+    running.update(Changes::new().light(LightId(0), light)).expect("an update");
+    let found = run(&mut running, 0..OPENING + 1);
+    scene.lights[0] = light;
+    assert!(found == run(&mut session(&runtime, &scene, Method::Auto), 0..OPENING + 1));
+}
+
+#[test]
+fn counts_are_those_of_all_passes() {
+    let runtime = runtime();
+    let mut running = session(&runtime, &asset("cornell-glass"), Method::Auto);
+    run(&mut running, 0..OPENING);
+    let statistics = running.statistics().expect("counts");
+    assert_eq!((statistics.passes, running.passes().count()), (OPENING, OPENING));
+    // Two passes of 2000 photons, and the thousand that are aimed in each of the others, if there are any.
+    let of_paths = if running.choice().expect("a choice").paths == Method::Hybrid { 6 * 1000 } else { 0 };
+    assert_eq!(statistics.photons, 2 * 2000 + of_paths);
+    let estimate = running.error_estimate().expect("an estimate");
+    assert!(estimate.relative.is_some_and(|error| error > 0.0), "{:?}", estimate.relative);
+}
