@@ -111,14 +111,16 @@ struct Number {
 
 impl Number {
     /// The picture's number, made of that of the first method and that of the second. Its bias is what remains of that
-    /// of the first, which both together show.
-    fn mixed_with(self, second: Self, at: Mixed) -> Self {
+    /// of the first, which both together show. Where the first has no noise that is known (fewer than two passes), it is
+    /// in the picture because it seems no worse than the second.
+    fn mixed_with(self, second: Self, at: Mixed, is_first_known: bool) -> Self {
         let (w, rest) = (at.weight, 1.0 - at.weight);
-        let bias = (at.squared_bias.sqrt()).max(f64::from(self.bias.abs())) * rest;
+        let bias = if is_first_known { at.squared_bias.sqrt().max(f64::from(self.bias.abs())) } else { 0.0 };
+        let noise = if is_first_known { self.noise } else { second.noise };
         Self {
             mean: (rest * f64::from(self.mean) + w * f64::from(second.mean)) as f32,
-            noise: (rest * f64::from(self.noise)).hypot(w * f64::from(second.noise)) as f32,
-            bias: bias as f32,
+            noise: (rest * f64::from(noise)).hypot(w * f64::from(second.noise)) as f32,
+            bias: (bias * rest) as f32,
             bias_noise: (rest * f64::from(self.bias_noise)) as f32,
         }
     }
@@ -175,8 +177,9 @@ impl ErrorEstimate {
                 let schedule = Schedule { count: second, mean: 0.0, spread: 0.0, leverage: 0.0 };
                 self::number([sum, squares * unit, 0.0], schedule, Bias::None)
             };
+            let is_first_known = schedule.count >= 2.0;
             for ((ours, theirs), at) in numbers.iter_mut().zip(&mix.sums).zip(mixed(film)) {
-                *ours = std::array::from_fn(|k| ours[k].mixed_with(of_second(theirs, k), at));
+                *ours = std::array::from_fn(|k| ours[k].mixed_with(of_second(theirs, k), at, is_first_known));
             }
         }
         let most = schedule.count.max(second);

@@ -13,7 +13,8 @@ use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::constants::FILM_SQUARES;
 
-/// A number of passes of either method that follow each other, those of the second spread evenly and first.
+/// A number of passes of either method that follow each other, spread evenly; the first one of all is of the method that
+/// has more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Round {
     /// Of the first method.
@@ -32,8 +33,8 @@ impl Round {
     fn below(self, index: u64) -> [u64; 2] {
         let [first, second] = [self.first, self.second].map(u64::from);
         let (round, place) = (index / self.passes(), index % self.passes());
-        let seconds = (place * second).div_ceil(self.passes());
-        [round * first + place - seconds, round * second + seconds]
+        let firsts = (place * first + (self.passes() - 1) / 2) / self.passes();
+        [round * first + firsts, round * second + place - firsts]
     }
 }
 
@@ -194,26 +195,25 @@ pub struct Mixed {
     pub squared_bias: f64,
 }
 
-/// For each pixel, sums over channels: variances of the means of both methods, squared difference of both; and the root
-/// of the sum of squares of what both show together in the window around it. `None` for films of one method, and for
-/// those with fewer than two passes of either.
+/// For each pixel, sums over channels: variances of the means of both methods, infinite for fewer than two passes, and
+/// squared difference of both; and the root of the sum of squares of what both show together in the window around it.
+/// `None` for films of one method, and for those with no passes of one of them.
 pub(super) fn compared(film: &Film) -> Option<(Vec<[f64; 3]>, Vec<f64>)> {
     let mix = film.mix.as_ref()?;
     let unit = 2f64.powi(film.exponents[0]);
     let [first, second] = film.split_passes().map(|passes| passes.count());
-    if first < 2 || second < 2 {
+    if first == 0 || second == 0 {
         return None;
     }
-    let of = |sums: &([ExactSum; SUMS], [ExactSum; SUMS])| {
-        let (p, t) = (Estimate::of(&sums.0, unit, first), Estimate::of(&sums.1, unit, second));
+    let of = |(p, t): (&[ExactSum; SUMS], &[ExactSum; SUMS])| {
+        let (p, t) = (Estimate::of(p, unit, first), Estimate::of(t, unit, second));
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
         let difference = sum(&|k| (p.mean[k] - t.mean[k]).powi(2));
         let pixel = [sum(&|k| p.variance[k]), sum(&|k| t.variance[k]), difference];
         // The square of a mean over the window has next to no noise, which a mean of squares has.
         (pixel, [sum(&|k| 0.5 * (p.mean[k] + t.mean[k])) / 3f64.sqrt()])
     };
-    let (pixels, means): (Vec<_>, Vec<_>) =
-        film.sums.iter().copied().zip(mix.sums.iter().copied()).map(|s| of(&s)).unzip();
+    let (pixels, means): (Vec<_>, Vec<_>) = film.sums.iter().zip(&mix.sums).map(of).unzip();
     Some((pixels, blurred(&means, film.width as usize).into_iter().map(|[mean]| mean).collect()))
 }
 
@@ -225,17 +225,23 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
     if let Some((pixels, _)) = compared(film) {
         return blurred(&pixels, film.width as usize).into_iter().map(best).collect();
     }
-    // Nothing is known of the noise of one of them.
-    let [first, second] = film.split_passes().map(|passes| passes.count());
-    let weight = if second > first { 1.0 } else { 0.0 };
-    vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()]
+    let [_, second] = film.split_passes().map(|passes| passes.count());
+    vec![Mixed { weight: if second > 0 { 1.0 } else { 0.0 }, squared_bias: 0.0 }; film.sums.len()]
 }
 
-/// The best weight for these variances and this squared difference.
+/// The best weight for these variances and this squared difference. Where a single pass has no variance, what the
+/// difference is above that of the other one has to serve.
 fn best([p, t, difference]: [f64; 3]) -> Mixed {
-    let bias = (difference - (p + t) * (1.0 + MARGIN)).max(0.0);
-    let sum = p + bias + t;
-    Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
+    let weighed = |p: f64, t: f64, bias: f64| {
+        let sum = p + bias + t;
+        Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
+    };
+    match (p.is_finite(), t.is_finite()) {
+        (true, true) => weighed(p, t, (difference - (p + t) * (1.0 + MARGIN)).max(0.0)),
+        (false, true) => weighed(0.0, t, (difference - t).max(0.0)),
+        (true, false) => weighed(p, (difference - p).max(0.0), 0.0),
+        (false, false) => weighed(1.0, 1.0, 0.0),
+    }
 }
 
 /// Means over windows with the weights of a bell curve.
@@ -272,7 +278,7 @@ mod tests {
     #[test]
     fn every_pass_is_of_one_method() {
         let of = |index| TURNS.of(index);
-        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [(true, 0), (true, 1), (false, 0), (true, 2), (false, 1), (true, 3)]);
+        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [(true, 0), (false, 0), (true, 1), (false, 1), (true, 2), (true, 3)]);
         let rounds = |then, at_last| Turns { then: Some(then), at_last: Some(at_last), ..TURNS };
         let [photons, paths] = [Round { first: 1, second: 0 }, Round { first: 0, second: 1 }];
         for turns in [TURNS, rounds(photons, paths), rounds(paths, Round { first: 16, second: 1 })] {
@@ -287,7 +293,7 @@ mod tests {
         }
         // Ranges apart from each other stay apart or grow together, whichever their passes do.
         let apart: PassSet = "0..2,5..7".parse().expect("a set");
-        assert_eq!(TURNS.split(&apart).map(|passes| passes.to_string()), ["", "0..2,3..5"]);
+        assert_eq!(TURNS.split(&apart).map(|passes| passes.to_string()), ["0..1,2..3", "0..1,3..4"]);
         assert_eq!(TURNS.split(&PassSet::of(1..6)).map(|passes| passes.to_string()), ["0..2", "1..4"]);
     }
 
@@ -297,7 +303,7 @@ mod tests {
         let looked = Turns { work: 300, then: Some(Round { first: 1, second: 1 }), ..opening };
         let whole = Turns { at_last: Some(Round { first: 0, second: 1 }), ..looked };
         assert_eq!([opening, looked, whole].map(Turns::known), [5, Turns::SECOND_LOOK, u64::MAX]);
-        assert_eq!(whole.of(u64::MAX - 1).0, true);
+        assert!(whole.of(u64::MAX - 1).0);
         for (one, other) in [(opening, looked), (looked, whole), (opening, whole), (whole, whole)] {
             assert_eq!((one.agreed(other), other.agreed(one)), (Some(other), Some(other)));
         }
@@ -369,15 +375,22 @@ mod tests {
     }
 
     #[test]
-    fn films_of_few_passes_are_those_of_the_method_that_has_more() {
-        // Two of the second come first, then one of either.
-        for (passes, weight) in [(0, 0.0), (1, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)] {
-            assert!(mixed(&film(passes, 0.3)).iter().all(|w| w.weight == weight), "{passes} passes");
-        }
-        assert!(mixed(&film(5, 0.3)).iter().any(|w| w.weight > 0.0 && w.weight < 1.0), "two of the first");
-        let mut late = film(5, 0.3);
-        late.passes = PassSet::of(2..5);
-        assert!(mixed(&late).iter().all(|w| w.weight == 0.0), "two of the first, one of the second");
+    fn few_passes_make_a_picture() {
+        let all = |film: &Film, weight: f64| mixed(film).iter().all(|w| w.weight == weight);
+        assert!(all(&film(0, 0.3), 0.0) && all(&film(1, 0.3), 1.0), "one pass of the second");
+        assert!(all(&film(2, 0.3), 0.5), "one pass of either");
+        let only_first = Film { passes: PassSet::of(3..4), ..film(5, 0.3) };
+        assert!(all(&only_first, 0.0), "one pass of the first");
+        // One of the first and two of the second: where the first has no bias, it has less noise, and is taken.
+        let three = film(3, 0.9);
+        let weights = mixed(&three);
+        let mean = |columns: std::ops::Range<usize>| {
+            let wanted = weights.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 40)));
+            wanted.map(|(_, w)| w.weight).sum::<f64>() / (30 * columns.len()) as f64
+        };
+        println!("{:.2} {:.2}", mean(0..5), mean(30..40));
+        assert!(mean(0..5) < 0.3 && mean(30..40) > 0.8);
+        assert!(mean_square_error(&three, 0..5) < 0.5 * 0.02, "half of the noise of two passes of the second");
         assert_eq!(mixed(&Film::new(2, 2, [0; 2], false)), []);
     }
 

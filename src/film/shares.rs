@@ -35,6 +35,9 @@ pub struct Standing {
 impl Standing {
     /// From a film with passes of both methods; `None` with fewer than two of either, and for a black picture.
     pub fn of(film: &Film) -> Option<Self> {
+        if film.split_passes().iter().any(|passes| passes.count() < 2) {
+            return None;
+        }
         let (pixels, means) = compared(film)?;
         let mean = means.iter().sum::<f64>() / means.len() as f64;
         if mean.is_nan() || mean <= 0.0 {
@@ -82,11 +85,20 @@ fn share(ratio: f64) -> f64 {
     }
 }
 
-/// The turns after those that are known, from a film that has these and no others.
-pub fn next(film: &Film, turns: Turns) -> Turns {
+/// By how much the second method has to be better where it has footprints, too: the light that both find by these gains
+/// less from two halves of the passes than from one whole, because footprints shrink from pass to pass.
+const HANDICAP: f64 = 2.0;
+
+/// The turns after those that are known, from a film that has these and no others; `footprints` says whether the second
+/// method has footprints like the first.
+pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
     let passes = film.split_passes().map(|passes| passes.count() as f64);
     let ratio = f64::from(turns.work.max(1)) / f64::from(Turns::WORK_UNITS);
-    let share = Standing::of(film).map_or(0.5, |standing| share(standing.ratio([passes[0] * ratio, passes[1]])));
+    let handicap = if footprints { HANDICAP } else { 1.0 };
+    let share = Standing::of(film).map_or(0.5, |standing| {
+        let work = [passes[0] * ratio, passes[1]];
+        share(standing.ratio(work) * handicap)
+    });
     let round = Some(round_of(share, ratio));
     match turns.then {
         None => Turns { then: round, ..turns },
@@ -150,7 +162,7 @@ mod tests {
     fn next_round(noise: [f64; 2], bias: f64) -> Round {
         let film = film(noise, bias);
         let turns = film.mix.as_ref().expect("a second method").turns;
-        let next = next(&film, turns);
+        let next = next(&film, turns, false);
         assert_eq!((next.opening, next.work, next.at_last), (turns.opening, turns.work, None));
         next.then.expect("known")
     }
@@ -181,7 +193,7 @@ mod tests {
             f64::from(round.second) / f64::from(3 * round.first + round.second)
         };
         assert!(second(next_round([0.02, 1.0], 0.0)) < 0.1, "photons");
-        let alike = second(next_round([0.3, 0.5], 0.0));
+        let alike = second(next_round([0.4, 0.8], 0.0));
         assert!((0.3..0.7).contains(&alike), "{alike}");
         assert_eq!(next_round([0.02, 1.0], 1.0), Round { first: 0, second: 1 }, "a bias as large as the picture");
         assert!(second(next_round([0.02, 1.0], 0.3)) > 0.3, "a bias of a third");

@@ -147,7 +147,7 @@ impl Spelled for Alpha {
 pub struct VariantSettings {
     /// Name of the variant.
     pub name: String,
-    /// `photons`, `path` or `light`.
+    /// As `--method`.
     pub method: Option<Written<Method>>,
     /// As `--estimator`.
     pub estimator: Option<Written<Estimator>>,
@@ -270,7 +270,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The variants, named by their values.
+    /// The variants, named by their values: of photons, as these are what the values are about.
     pub fn variants(&self) -> Vec<VariantSettings> {
         fn with<T: Clone>(
             (variants, key): (Vec<VariantSettings>, &str),
@@ -289,7 +289,8 @@ impl Grid {
             };
             variants.iter().flat_map(|variant| values.iter().map(move |value| one(variant, value))).collect()
         }
-        let variants = vec![VariantSettings::default()];
+        let method = Some(Written { text: Method::Photons.name().into(), value: Method::Photons });
+        let variants = vec![VariantSettings { method, ..VariantSettings::default() }];
         let variants = with((variants, "ppp"), &self.photons_per_pixel, |v, x| v.photons_per_pixel = Some(x));
         let variants = with((variants, "r"), &self.radius, |v, x| v.radius = Some(x));
         let variants = with((variants, "largest"), &self.largest_footprint, |v, x| v.largest_footprint = Some(x));

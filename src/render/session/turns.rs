@@ -15,8 +15,11 @@ use crate::kernels::photon::PHOTON_RAYS;
 use crate::render::pass::eye;
 use crate::render::settings::{Estimator, Method, PhotonBuild, Sampling, Settings};
 
-/// The first passes: as few as tell something of the noise of either method. Those of paths are the shorter ones.
+/// The first passes: as few as tell something of the noise of either method. Those of paths are short, unless they have
+/// photons of their own.
 const OPENING: Round = Round { first: 2, second: 6 };
+/// See [`OPENING`].
+const OPENING_WITH_PHOTONS: Round = Round { first: 2, second: 2 };
 
 /// Time of a shadow ray, of a photon in whose footprint an eye hit lies with all that are tested for it, in that of a
 /// ray of an eye path (docs/performance: two cores, lavapipe 25.0.7).
@@ -47,14 +50,19 @@ pub struct Choice {
 
 impl Other {
     pub fn new(session: Session) -> Self {
-        Self { turns: Turns::new(OPENING), session, was_last: false, opened: 0 }
+        Self { turns: Turns::new(opening(&session)), session, was_last: false, opened: 0 }
     }
 
     /// Forgets all passes and what they have shown.
     pub fn reset(&mut self) {
-        (self.turns, self.opened) = (Turns::new(OPENING), 0);
+        (self.turns, self.opened) = (Turns::new(opening(&self.session)), 0);
         self.session.reset();
     }
+}
+
+/// The opening, where these are the passes of paths.
+fn opening(paths: &Session) -> Round {
+    if paths.has_photons() { OPENING_WITH_PHOTONS } else { OPENING }
 }
 
 /// The settings of the passes of paths, for a render with these.
@@ -73,6 +81,11 @@ pub(super) fn settings_of_paths(settings: &Settings) -> Settings {
 }
 
 impl Session {
+    /// Whether passes of this session emit photons; those of the other method do not count.
+    fn has_photons(&self) -> bool {
+        !self.budget.emissions.is_empty()
+    }
+
     /// Whether the pass is of the other method, and its index among those of its method. Beyond the opening this finds
     /// out what follows, if it is not known yet.
     pub(super) fn turn_of(&mut self, index: u64) -> Result<(bool, u64)> {
@@ -139,7 +152,7 @@ impl Session {
                 let ratio = work / other.session.work_per_pass().max(1.0);
                 other.turns.work = (ratio * f64::from(Turns::WORK_UNITS)).round().clamp(1.0, 1e6) as u32;
             }
-            other.turns = shares::next(&film, other.turns);
+            other.turns = shares::next(&film, other.turns, other.session.has_photons());
         }
         Ok(())
     }

@@ -91,6 +91,7 @@ impl Session {
                 let on_device = (self.scene.clone(), self.device_scene.clone());
                 other.session = Self::over(&self.runtime, on_device, Settings { method, ..settings })?;
             }
+            other.reset();
         }
         Ok(())
     }
