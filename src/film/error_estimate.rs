@@ -111,7 +111,7 @@ struct Number {
 
 impl Number {
     /// The picture's number, made of that of the first method and that of the second. Its bias is what remains of that
-    /// of the first, which both together show. Where the first has no noise that is known (fewer than two passes), it is
+    /// of the first, which both together show. Where the noise of the first is not known (fewer than two passes), it is
     /// in the picture because it seems no worse than the second.
     fn mixed_with(self, second: Self, at: Mixed, is_first_known: bool) -> Self {
         let (w, rest) = (at.weight, 1.0 - at.weight);

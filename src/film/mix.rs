@@ -13,7 +13,7 @@ use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::constants::FILM_SQUARES;
 
-/// A number of passes of either method that follow each other, spread evenly; the first one of all is of the method that
+/// A number of passes of either method that follow each other, spread evenly; the first of all is of the method that
 /// has more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Round {
@@ -44,10 +44,9 @@ impl Round {
 pub struct Turns {
     /// The first passes; some of either method.
     pub opening: Round,
-    /// Work of a pass of the first method over that of one of the second, in units of 1 / [`Turns::WORK_UNITS`]; 0
-    /// before the opening is over.
+    /// Work of the first pass of either method, in any unit; 0 before there is one.
     #[serde(default)]
-    pub work: u32,
+    pub work: [u32; 2],
     /// What is repeated after the opening; `None` before this is known, and then there are no further passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub then: Option<Round>,
@@ -59,19 +58,17 @@ pub struct Turns {
 impl Turns {
     /// Passes before what is repeated from then on is chosen.
     pub const SECOND_LOOK: u64 = 40;
-    /// Units of [`Turns::work`] in one.
-    pub const WORK_UNITS: u32 = 256;
     /// Most passes of a round.
     const LONGEST_ROUND: u64 = 1 << 20;
 
     /// Turns of which no more than the opening is known, which is shorter than [`Turns::SECOND_LOOK`].
     pub const fn new(opening: Round) -> Self {
-        Self { opening, work: 0, then: None, at_last: None }
+        Self { opening, work: [0; 2], then: None, at_last: None }
     }
 
     /// Turns that are known from the beginning to the end.
     pub const fn always(round: Round) -> Self {
-        Self { opening: round, work: Self::WORK_UNITS, then: Some(round), at_last: Some(round) }
+        Self { opening: round, work: [1; 2], then: Some(round), at_last: Some(round) }
     }
 
     /// Passes of which it is known whose turn they are.
@@ -131,9 +128,13 @@ impl Turns {
     /// What both say of one render; `None` where they contradict each other.
     pub fn agreed(self, other: Self) -> Option<Self> {
         let (less, more) = if self.known() <= other.known() { (self, other) } else { (other, self) };
-        let same = less.then.is_none_or(|then| more.then == Some(then) && less.work == more.work);
+        let same = less.then.is_none_or(|then| more.then == Some(then));
         let same = same && less.at_last.is_none_or(|at_last| more.at_last == Some(at_last));
-        (less.opening == more.opening && same).then_some(more)
+        let both = less.work.into_iter().zip(more.work);
+        let alike = both.clone().all(|(ours, theirs)| ours == theirs || ours == 0 || theirs == 0);
+        let mut work = both.map(|(ours, theirs)| ours.max(theirs));
+        let work = std::array::from_fn(|_| work.next().unwrap_or(0));
+        (less.opening == more.opening && same && alike).then_some(Self { work, ..more })
     }
 }
 
@@ -300,7 +301,7 @@ mod tests {
     #[test]
     fn turns_are_known_as_far_as_they_were_chosen() {
         let opening = Turns::new(TURNS.opening);
-        let looked = Turns { work: 300, then: Some(Round { first: 1, second: 1 }), ..opening };
+        let looked = Turns { work: [30, 10], then: Some(Round { first: 1, second: 1 }), ..opening };
         let whole = Turns { at_last: Some(Round { first: 0, second: 1 }), ..looked };
         assert_eq!([opening, looked, whole].map(Turns::known), [5, Turns::SECOND_LOOK, u64::MAX]);
         assert!(whole.of(u64::MAX - 1).0);
@@ -309,7 +310,10 @@ mod tests {
         }
         let otherwise = Turns { then: Some(Round { first: 1, second: 2 }), ..looked };
         assert_eq!((otherwise.agreed(whole), whole.agreed(otherwise)), (None, None));
-        assert_eq!(Turns { work: 301, ..looked }.agreed(whole), None);
+        assert_eq!(Turns { work: [31, 10], ..looked }.agreed(whole), None);
+        // The passes that tell the work of either method may be in two films.
+        let [one, other] = [[30, 0], [0, 10]].map(|work| Turns { work, ..opening });
+        assert_eq!(one.agreed(other), Some(Turns { work: [30, 10], ..opening }));
         assert_eq!(Turns::new(Round { first: 3, second: 2 }).agreed(whole), None);
         // What a film may say of itself.
         let passes = |text: &str| text.parse::<PassSet>().expect("a set");

@@ -93,7 +93,7 @@ const HANDICAP: f64 = 2.0;
 /// method has footprints like the first.
 pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
     let passes = film.split_passes().map(|passes| passes.count() as f64);
-    let ratio = f64::from(turns.work.max(1)) / f64::from(Turns::WORK_UNITS);
+    let ratio = f64::from(turns.work[0].max(1)) / f64::from(turns.work[1].max(1));
     let handicap = if footprints { HANDICAP } else { 1.0 };
     let share = Standing::of(film).map_or(0.5, |standing| {
         let work = [passes[0] * ratio, passes[1]];
@@ -138,7 +138,7 @@ mod tests {
 
     /// A film of an opening on 64 x 48 pixels about 1: noise of a pass of either method, and the bias of the first.
     fn film(noise: [f64; 2], bias: f64) -> Film {
-        let turns = Turns { work: 3 * Turns::WORK_UNITS, ..Turns::new(OPENING) };
+        let turns = Turns { work: [300, 100], ..Turns::new(OPENING) };
         let mut film = Film::new(64, 48, [3, 0], false).with_turns(Some(turns));
         film.passes = PassSet::of(0..OPENING.passes());
         let mut mix = film.mix.take().expect("a second method");

@@ -317,11 +317,11 @@ fn a_render_writes_whole_files_and_the_same_pixels_again() {
     let _turn = turn();
     let folder = folder();
     let render = |files: &str| {
-        let line = format!("render @cornell.glb --size 32x24 --passes 2 --aov all --quiet --device % {files}");
+        let line = format!("render @cornell.glb --size 32x24 --passes 3 --aov all --quiet --device % {files}");
         success(&line, folder.path())
     };
     let last = render("-o a.exr -o a.png --report report.json --trace trace.json");
-    assert!(last.starts_with("2 passes in ") && last.trim_end().ends_with("a.exr, a.png"), "{last}");
+    assert!(last.starts_with("3 passes in ") && last.trim_end().ends_with("a.exr, a.png"), "{last}");
     assert_eq!(names_in(folder.path()), ["a.exr", "a.png", "report.json", "trace.json"]);
     let a = picture(folder.path(), "a.exr");
     assert_eq!((a.width, a.height), (32, 24));
@@ -343,7 +343,10 @@ fn check_report(folder: &Path) {
     let read =
         |name: &str| -> Value { serde_json::from_slice(&std::fs::read(folder.join(name)).expect(name)).expect("JSON") };
     let report = read("report.json");
-    assert_eq!((&report["passes"], &report["seed"]), (&2.into(), &0.into()));
+    // Two passes of paths, one of photons.
+    assert_eq!((&report["passes"], &report["seed"]), (&3.into(), &0.into()));
+    assert_eq!(report["choice"]["opening"], serde_json::json!({ "photons": 2, "paths": 6 }));
+    assert_eq!((&report["choice"]["paths"], &report["choice"]["then"]), (&"hybrid".into(), &Value::Null));
     for name in ["photons_emitted", "photons_stored", "plan_passes"] {
         assert!(report[name].as_u64() > Some(0), "{name}");
     }

@@ -3,8 +3,8 @@
 
 use nephroid::low_level::film::accumulate::Film;
 use nephroid::low_level::film::mix::{Round, Turns};
-use nephroid::low_level::render::{Changes, Footprint, Method, Sampling, Session, Settings};
-use nephroid::low_level::scene::{LightId, Scene};
+use nephroid::low_level::render::{Changes, Choice, Footprint, Method, Sampling, Session, Settings};
+use nephroid::low_level::scene::{Camera, Environment, Light, LightId, Material, Mesh, Scene};
 
 use crate::support::device::{Shared, runtime};
 use crate::support::lab::asset;
@@ -138,7 +138,7 @@ fn a_change_reaches_both_methods() {
     let mut running = session(&runtime, &scene, Method::Auto);
     run(&mut running, 0..2);
     let mut light = scene.lights[0];
-    if let nephroid::low_level::scene::Light::Point { intensity, .. } = &mut light {
+    if let Light::Point { intensity, .. } = &mut light {
         *intensity = intensity.map(|x| 2.0 * x);
     }
     running.update(Changes::new().light(LightId(0), light)).expect("an update");
@@ -160,4 +160,41 @@ fn counts_are_those_of_all_passes() {
     assert_eq!(statistics.photons, 2000 * photons + of_paths);
     let estimate = running.error_estimate().expect("an estimate");
     assert!(estimate.relative.is_some_and(|error| error > 0.0), "{:?}", estimate.relative);
+}
+
+/// A grey ground of this half side, seen from above, with a ball of glass over it.
+fn glass_on_ground(half: f32, lights: Vec<Light>, environment: Option<Environment>) -> Scene {
+    let ground = Mesh::quad([-half, 0.0, half], [2.0 * half, 0.0, 0.0], [0.0, 0.0, -2.0 * half]);
+    let ball = Mesh::sphere([0.0, 0.6, 0.0], 0.5, 12, 24);
+    let objects = vec![(ground, Material::lambert([0.5; 3])), (ball, Material::glass(1.5))];
+    let camera = Camera::look_at([0.0, 4.0, 4.0], [0.0, 0.3, 0.0], [0.0, 1.0, 0.0], 0.7);
+    Scene { environment, ..Scene::from_parts(objects, lights, camera) }
+}
+
+#[test]
+fn each_scene_gets_what_serves_it() {
+    let runtime = runtime();
+    let choice = |scene: &Scene| {
+        let settings = Settings { width: 32, height: 24, photons: Some(4000), ..Settings::default() };
+        let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
+        run(&mut session, 0..OPENING + 1);
+        session.choice().expect("a choice")
+    };
+    let sky = || Some(Environment { width: 2, height: 2, radiance: vec![[1.0; 3]; 4] });
+    let lamp = Light::Point { position: [1.0, 3.0, 0.0], intensity: [10.0; 3] };
+    let share = |choice: &Choice| {
+        let then = choice.turns.then.expect("known");
+        f64::from(then.second) / f64::from(then.first + then.second)
+    };
+    // Paths find a sky through glass; on a large ground they find all there is, and photons next to nothing.
+    let under_sky = choice(&glass_on_ground(200.0, vec![], sky()));
+    assert_eq!((under_sky.paths, share(&under_sky)), (Method::Path, 1.0), "{under_sky:?}");
+    // No path finds a lamp without extent through glass.
+    let under_lamp = choice(&glass_on_ground(4.0, vec![lamp], None));
+    assert_eq!(under_lamp.paths, Method::Hybrid, "{under_lamp:?}");
+    // A sky besides does not change that.
+    assert_eq!(choice(&glass_on_ground(4.0, vec![lamp], sky())).paths, Method::Hybrid);
+    // A closed box with a small lamp and a ball of glass: few paths, and these need photons.
+    let boxed = choice(&asset("cornell-glass"));
+    assert!(boxed.paths == Method::Hybrid && share(&boxed) < 0.4, "{boxed:?}");
 }

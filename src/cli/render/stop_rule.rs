@@ -153,8 +153,8 @@ impl StopRule {
     }
 }
 
-/// Whether the time of a render is over: whether it ends nearer to its limit without the next pass than with it, or more
-/// than a tenth beyond it. The first pass is always rendered: it is the picture.
+/// Whether the time of a render is over: whether it ends nearer to its limit without the next pass than with it, or
+/// would end more than a tenth beyond it. The first pass is always rendered: it is the picture.
 fn is_over(limit: f64, status: &Status) -> bool {
     let next = status.next.unwrap_or(0.0);
     status.seconds >= limit

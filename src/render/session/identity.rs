@@ -135,6 +135,7 @@ fn scene_hash(scene: &Scene) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::settings::Method;
     use crate::scene::{Camera, Material, Projection, Transform};
 
     fn scene() -> Scene {
@@ -189,7 +190,12 @@ mod tests {
     fn the_first_setting_that_differs_is_named() {
         let of = |settings: Settings| identity(&scene(), &settings);
         let base = of(Settings::default());
-        assert_eq!(base.difference(&of(Settings { count_pairs: true, ..Settings::default() })), None);
+        assert_eq!(base.difference(&of(Settings { count_work: true, ..Settings::default() })), None);
+        let photons = || Settings::of(Method::Photons);
+        assert_eq!(of(photons()).difference(&of(Settings { count_pairs: true, ..photons() })), None);
+        // What only photons have is rendered by these.
+        let method = base.difference(&of(Settings { blinn_phong: true, ..Settings::default() })).expect("another");
+        assert_eq!((method.name.as_str(), method.theirs.as_str()), ("method", "Photons"));
         let explicit = Settings { photons: Some(Settings::default().photon_count()), ..Settings::default() };
         assert_eq!(base.difference(&of(explicit)), None, "the default, said aloud");
         let differs = |settings: Settings| base.difference(&of(settings)).expect("another render");

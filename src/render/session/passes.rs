@@ -24,7 +24,7 @@ impl Session {
             _ => self.repeat_pass(own)?,
         }
         self.passes.insert(index);
-        self.note_turn(index, is_other);
+        self.note_turn(own, is_other);
         Ok(())
     }
 

@@ -39,7 +39,7 @@ pub(super) fn method_of_paths(
     for (method, work) in [Method::Hybrid, Method::Path].into_iter().zip(&mut work) {
         let mut session = Session::over(runtime, (scene.clone(), device.clone()), small(settings, method))?;
         (0..PASSES).try_for_each(|index| session.run_pass(index))?;
-        *work = session.work_per_pass();
+        *work = session.work_of_last_pass();
         films.push(session.film()?);
     }
     let film = both(films).expect("two films");

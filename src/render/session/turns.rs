@@ -35,8 +35,6 @@ pub(super) struct Other {
     pub session: Session,
     /// The last pass was one of them.
     pub was_last: bool,
-    /// Passes of the opening that this session has rendered since the film was empty, from the first on.
-    opened: u64,
 }
 
 /// What [`Method::Auto`] has chosen.
@@ -50,12 +48,12 @@ pub struct Choice {
 
 impl Other {
     pub fn new(session: Session) -> Self {
-        Self { turns: Turns::new(opening(&session)), session, was_last: false, opened: 0 }
+        Self { turns: Turns::new(opening(&session)), session, was_last: false }
     }
 
     /// Forgets all passes and what they have shown.
     pub fn reset(&mut self) {
-        (self.turns, self.opened) = (Turns::new(opening(&self.session)), 0);
+        self.turns = Turns::new(opening(&self.session));
         self.session.reset();
     }
 }
@@ -96,11 +94,14 @@ impl Session {
         Ok(self.other.as_ref().map_or((false, index), |other| other.turns.of(index)))
     }
 
-    /// Keeps in mind that a pass was rendered.
-    pub(super) fn note_turn(&mut self, index: u64, is_other: bool) {
-        if let Some(other) = &mut self.other {
-            other.was_last = is_other;
-            other.opened += u64::from(index == other.opened);
+    /// Keeps in mind that a pass was rendered, with its index among those of its method.
+    pub(super) fn note_turn(&mut self, own: u64, is_other: bool) {
+        let ours = if own == 0 && !is_other { self.work_of_last_pass() } else { 0.0 };
+        let Some(other) = &mut self.other else { return };
+        other.was_last = is_other;
+        if own == 0 {
+            let work = if is_other { other.session.work_of_last_pass() } else { ours };
+            other.turns.work[usize::from(is_other)] = work.round().clamp(1.0, f64::from(u32::MAX)) as u32;
         }
     }
 
@@ -133,8 +134,7 @@ impl Session {
             && index >= other.turns.known()
         {
             let known = other.turns.known();
-            let counts = other.turns.then.is_some() || other.opened == known;
-            if counts && self.passes == PassSet::of(0..known) {
+            if self.passes == PassSet::of(0..known) {
                 self.add_turns()?;
             } else {
                 self.rehearse_turns(if index < Turns::SECOND_LOOK { known } else { Turns::SECOND_LOOK })?;
@@ -146,12 +146,7 @@ impl Session {
     /// What follows the passes of this session, which are all that are known.
     fn add_turns(&mut self) -> Result<()> {
         let film = self.film()?;
-        let work = self.work_per_pass();
         if let Some(other) = &mut self.other {
-            if other.turns.then.is_none() {
-                let ratio = work / other.session.work_per_pass().max(1.0);
-                other.turns.work = (ratio * f64::from(Turns::WORK_UNITS)).round().clamp(1.0, 1e6) as u32;
-            }
             other.turns = shares::next(&film, other.turns, other.session.has_photons());
         }
         Ok(())
@@ -175,12 +170,12 @@ impl Session {
         Ok(())
     }
 
-    /// Work of a pass, by the counts of all passes so far, in the time of a ray of an eye path on a processor; the
-    /// passes of the other method are not among them.
-    pub(super) fn work_per_pass(&self) -> f64 {
+    /// Work of this session's last pass, by counts, in the time of a ray of an eye path on a processor; 0 where nothing
+    /// is counted. That of the other method is another session's.
+    pub(super) fn work_of_last_pass(&self) -> f64 {
         let count = |kind| {
-            let counts = self.statistics.work.iter().filter(|(known, _)| *known == kind);
-            counts.map(|(_, count)| *count as f64).sum::<f64>() / self.statistics.passes.max(1) as f64
+            let counts = self.recording.work().filter(|(known, _)| *known == kind);
+            counts.map(|(_, count)| count as f64).sum::<f64>()
         };
         let shadow_rays = count(SHADOW_RAYS);
         // Hits that gather: those that look for lights, by as many rays.
