@@ -196,10 +196,19 @@ pub struct Mixed {
     pub squared_bias: f64,
 }
 
-/// For each pixel, sums over channels: variances of the means of both methods, infinite for fewer than two passes, and
-/// squared difference of both; and the root of the sum of squares of what both show together in the window around it.
-/// `None` for films of one method, and for those with no passes of one of them.
-pub(super) fn compared(film: &Film) -> Option<(Vec<[f64; 3]>, Vec<f64>)> {
+/// What both methods show of a pixel; sums over channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Compared {
+    /// Variances of the means of both; infinite for fewer than two passes.
+    pub variances: [f64; 2],
+    /// Squared difference of both means.
+    pub difference: f64,
+    /// Sum of what both show, in equal parts, over the root of 3: the root of the sum of squares for grey.
+    pub mean: f64,
+}
+
+/// For each pixel what both methods show; `None` for films of one method, and for those with no passes of one of them.
+pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
     let mix = film.mix.as_ref()?;
     let unit = 2f64.powi(film.exponents[0]);
     let [first, second] = film.split_passes().map(|passes| passes.count());
@@ -209,25 +218,40 @@ pub(super) fn compared(film: &Film) -> Option<(Vec<[f64; 3]>, Vec<f64>)> {
     let of = |(p, t): (&[ExactSum; SUMS], &[ExactSum; SUMS])| {
         let (p, t) = (Estimate::of(p, unit, first), Estimate::of(t, unit, second));
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
-        let difference = sum(&|k| (p.mean[k] - t.mean[k]).powi(2));
-        let pixel = [sum(&|k| p.variance[k]), sum(&|k| t.variance[k]), difference];
-        // The square of a mean over the window has next to no noise, which a mean of squares has.
-        (pixel, [sum(&|k| 0.5 * (p.mean[k] + t.mean[k])) / 3f64.sqrt()])
+        Compared {
+            variances: [sum(&|k| p.variance[k]), sum(&|k| t.variance[k])],
+            difference: sum(&|k| (p.mean[k] - t.mean[k]).powi(2)),
+            mean: sum(&|k| 0.5 * (p.mean[k] + t.mean[k])) / 3f64.sqrt(),
+        }
     };
-    let (pixels, means): (Vec<_>, Vec<_>) = film.sums.iter().zip(&mix.sums).map(of).unzip();
-    Some((pixels, blurred(&means, film.width as usize).into_iter().map(|[mean]| mean).collect()))
+    Some(film.sums.iter().zip(&mix.sums).map(of).collect())
 }
+
+/// What counts against the value of a pixel, as a part of the squared mean of the picture: differences between dark
+/// pixels do not.
+const FLOOR: f64 = 0.1;
 
 /// For each pixel, what of the second method goes into the picture; nothing for films of one method.
 pub fn mixed(film: &Film) -> Vec<Mixed> {
     if film.mix.is_none() {
         return vec![];
     }
-    if let Some((pixels, _)) = compared(film) {
-        return blurred(&pixels, film.width as usize).into_iter().map(best).collect();
-    }
-    let [_, second] = film.split_passes().map(|passes| passes.count());
-    vec![Mixed { weight: if second > 0 { 1.0 } else { 0.0 }, squared_bias: 0.0 }; film.sums.len()]
+    let Some(pixels) = compared(film) else {
+        let [_, second] = film.split_passes().map(|passes| passes.count());
+        let weight = if second > 0 { 1.0 } else { 0.0 };
+        return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
+    };
+    // Relative to what is there: otherwise a window would tell of its brightest pixel and of nothing else.
+    let mean = pixels.iter().map(|pixel| pixel.mean).sum::<f64>() / pixels.len() as f64;
+    let scales: Vec<f64> =
+        pixels.iter().map(|pixel| (pixel.mean.powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)).collect();
+    let relative = |(pixel, scale): (&Compared, &f64)| {
+        let Compared { variances: [p, t], difference, .. } = *pixel;
+        [p / scale, t / scale, difference / scale]
+    };
+    let relative: Vec<[f64; 3]> = pixels.iter().zip(&scales).map(relative).collect();
+    let windows = blurred(&relative, film.width as usize).into_iter().map(best);
+    windows.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
 }
 
 /// The best weight for these variances and this squared difference. Where a single pass has no variance, what the
@@ -246,7 +270,7 @@ fn best([p, t, difference]: [f64; 3]) -> Mixed {
 }
 
 /// Means over windows with the weights of a bell curve.
-fn blurred<const N: usize>(numbers: &[[f64; N]], width: usize) -> Vec<[f64; N]> {
+pub(super) fn blurred<const N: usize>(numbers: &[[f64; N]], width: usize) -> Vec<[f64; N]> {
     let height = numbers.len() / width.max(1);
     let weight = |d: usize| (-0.5 * (d as f64 / SPREAD).powi(2)).exp();
     let pass = |source: &[[f64; N]], length: usize, place: &dyn Fn(usize, usize) -> usize, lines: usize| {

@@ -13,7 +13,7 @@
 //! nothing can be learnt from it.
 
 use super::accumulate::Film;
-use super::mix::{Round, Turns, compared};
+use super::mix::{Compared, Round, Turns, blurred, compared};
 
 /// By how much the work grows until the ratio of the errors counts.
 const GROWTH: f64 = 8.0;
@@ -38,13 +38,19 @@ impl Standing {
         if film.split_passes().iter().any(|passes| passes.count() < 2) {
             return None;
         }
-        let (pixels, means) = compared(film)?;
-        let mean = means.iter().sum::<f64>() / means.len() as f64;
+        let pixels = compared(film)?;
+        // The square of a mean over a window has next to no noise, which a mean of squares has.
+        let own: Vec<[f64; 1]> = pixels.iter().map(|pixel| [pixel.mean]).collect();
+        let means = blurred(&own, film.width as usize);
+        let mean = own.iter().map(|[mean]| mean).sum::<f64>() / own.len() as f64;
         if mean.is_nan() || mean <= 0.0 {
             return None;
         }
         // As relative errors are defined in `crate::compare::metrics`, with the mean of a window for a pixel's.
-        let relative = |(pixel, at): (&[f64; 3], &f64)| pixel.map(|x| x / (at * at + 0.01 * mean * mean));
+        let relative = |(pixel, [at]): (&Compared, &[f64; 1])| {
+            let Compared { variances: [p, t], difference, .. } = *pixel;
+            [p, t, difference].map(|x| x / (at * at + 0.01 * mean * mean))
+        };
         let mut all: Vec<[f64; 3]> = pixels.iter().zip(&means).map(relative).collect();
         all.sort_unstable_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
         all.truncate(all.len() - (all.len() as f64 * LEFT_OUT) as usize);

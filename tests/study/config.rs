@@ -195,7 +195,7 @@ fn what_is_wrong_is_named_with_its_line() {
 #[test]
 fn the_committed_studies_can_be_read() {
     let folder = repository("studies");
-    for (name, scenes, variants) in [("assets", 3, 3), ("peers", 5, 1), ("defaults", 5, 15)] {
+    for (name, scenes, variants) in [("assets", 3, 4), ("peers", 5, 1), ("defaults", 5, 15), ("rooms", 24, 4)] {
         let study = config::load(&folder.join(name).with_extension("toml")).expect(name);
         assert_eq!((study.scenes.len(), study.variants.len()), (scenes, variants), "{name}");
         for scene in study.scenes.iter().filter(|scene| !scene.optional) {

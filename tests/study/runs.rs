@@ -60,7 +60,7 @@ passes = [1, 2, 4]
 name = "ring"
 file = "ASSETS/ring.glb"
 size = "12x9"
-reference = { passes = 6, settings = { photons = 4000 } }
+reference = { passes = 6, settings = { method = "photons", photons = 4000 } }
 
 [[scene]]
 name = "box"
@@ -77,10 +77,12 @@ optional = true
 
 [[variant]]
 name = "narrow"
+method = "photons"
 photons = 2000
 
 [[variant]]
 name = "wide, slow"
+method = "photons"
 photons = 2000
 radius = 2
 alpha = {alpha}
