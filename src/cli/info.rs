@@ -81,6 +81,13 @@ impl Facts<'_> {
         lines.extend(self.content());
         lines.extend(list("needs", &self.needs.kept()));
         lines.extend(list("does not need", &self.needs.left_out()));
+        let paths = if self.needs.left_out().contains(&"caustics") {
+            "no photons for the passes of paths"
+        } else {
+            "photons for the passes of paths where those find no caustics by themselves"
+        };
+        let turns = ["photons and paths in turns (the first passes of a render tell how much of either)", paths];
+        lines.extend(list("by default", &turns));
         lines.push(String::new());
         lines.extend(program(&self.savings, self.size));
         lines.push(String::new());
@@ -176,7 +183,7 @@ fn program(savings: &Savings, size: Size) -> Vec<String> {
     let count = |name, of: fn(&Outline) -> usize| row(name, of(lean).to_string(), of(full).to_string());
     let size_of = |name, of: fn(&Outline) -> u64| row(name, bytes(of(lean)), bytes(of(full)));
     let mut lines = vec![
-        row(&format!("one pass at {size}"), "this scene".into(), "with everything".into()),
+        row(&format!("photon pass at {size}"), "this scene".into(), "with everything".into()),
         count("dispatches and copies", |o| o.passes),
         count("barriers", |o| o.phases as usize),
         count("kernels", |o| o.kernels.len()),

@@ -21,8 +21,8 @@ const OPENING: Round = Round { first: 2, second: 6 };
 /// See [`OPENING`].
 const OPENING_WITH_PHOTONS: Round = Round { first: 2, second: 2 };
 
-/// Time of a shadow ray, of a photon in whose footprint an eye hit lies with all that are tested for it, in that of a
-/// ray of an eye path (docs/performance: two cores, lavapipe 25.0.7).
+/// Time of a shadow ray, and of a photon in whose footprint an eye hit lies with all that are tested for it, in that of
+/// a ray of an eye path: from passes of twenty scenes on two cores, lavapipe 25.0.7, to a factor of 1.5.
 const WORK_OF_SHADOW: f64 = 0.5;
 const WORK_OF_PAIR: f64 = 0.1;
 
