@@ -203,8 +203,15 @@ pub(super) struct Compared {
     pub variances: [f64; 2],
     /// Squared difference of both means.
     pub difference: f64,
-    /// Sum of what both show, in equal parts, over the root of 3: the root of the sum of squares for grey.
-    pub mean: f64,
+    /// Means of both over the root of 3: the root of the sum of squares for grey.
+    pub means: [f64; 2],
+}
+
+impl Compared {
+    /// What both show, in equal parts.
+    pub fn mean(&self) -> f64 {
+        0.5 * (self.means[0] + self.means[1])
+    }
 }
 
 /// For each pixel what both methods show; `None` for films of one method, and for those with no passes of one of them.
@@ -221,7 +228,7 @@ pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
         Compared {
             variances: [sum(&|k| p.variance[k]), sum(&|k| t.variance[k])],
             difference: sum(&|k| (p.mean[k] - t.mean[k]).powi(2)),
-            mean: sum(&|k| 0.5 * (p.mean[k] + t.mean[k])) / 3f64.sqrt(),
+            means: [&p, &t].map(|estimate| estimate.mean.iter().sum::<f64>() / 3f64.sqrt()),
         }
     };
     Some(film.sums.iter().zip(&mix.sums).map(of).collect())
@@ -229,7 +236,13 @@ pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
 
 /// What counts against the value of a pixel, as a part of the squared mean of the picture: differences between dark
 /// pixels do not.
-const FLOOR: f64 = 0.1;
+const FLOOR: f64 = 0.3;
+
+/// Independent pixels of a window.
+const WINDOW: f64 = 30.0;
+
+/// Events that the second method must have seen in a window before its spread counts.
+const FEW_EVENTS: f64 = 16.0;
 
 /// For each pixel, what of the second method goes into the picture; nothing for films of one method.
 pub fn mixed(film: &Film) -> Vec<Mixed> {
@@ -241,28 +254,36 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
         let weight = if second > 0 { 1.0 } else { 0.0 };
         return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
     };
-    // Relative to what is there: otherwise a window would tell of its brightest pixel and of nothing else.
-    let mean = pixels.iter().map(|pixel| pixel.mean).sum::<f64>() / pixels.len() as f64;
-    let scales: Vec<f64> =
-        pixels.iter().map(|pixel| (pixel.mean.powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)).collect();
-    let relative = |(pixel, scale): (&Compared, &f64)| {
-        let Compared { variances: [p, t], difference, .. } = *pixel;
-        [p / scale, t / scale, difference / scale]
+    // Relative to what is there, or a window would tell of its brightest pixel and of nothing else; to the lesser of
+    // both, so that a rare bright sample does not hide behind itself.
+    let mean = pixels.iter().map(Compared::mean).sum::<f64>() / pixels.len() as f64;
+    let scale = |pixel: &Compared| {
+        let [p, t] = pixel.means;
+        (p.min(t).max(0.0).powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)
     };
-    let relative: Vec<[f64; 3]> = pixels.iter().zip(&scales).map(relative).collect();
+    let scales: Vec<f64> = pixels.iter().map(scale).collect();
+    let relative = |(pixel, scale): (&Compared, &f64)| {
+        let Compared { variances: [p, t], difference, means: [_, second] } = *pixel;
+        [p / scale, t / scale, difference / scale, second / scale.sqrt()]
+    };
+    let relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(relative).collect();
     let windows = blurred(&relative, film.width as usize).into_iter().map(best);
     windows.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
 }
 
-/// The best weight for these variances and this squared difference. Where a single pass has no variance, what the
-/// difference is above that of the other one has to serve.
-fn best([p, t, difference]: [f64; 3]) -> Mixed {
+/// The best weight for these variances, this squared difference, and this mean of the second method. Where a single
+/// pass has no variance, what the difference is above that of the other one has to serve; and so where the second
+/// method has seen few events, as its variance is then mostly too small: light that it has not found yet is no bias of
+/// the first.
+fn best([p, t, difference, mean]: [f64; 4]) -> Mixed {
     let weighed = |p: f64, t: f64, bias: f64| {
         let sum = p + bias + t;
         Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
     };
+    let knows = WINDOW * mean * mean >= FEW_EVENTS * t;
     match (p.is_finite(), t.is_finite()) {
-        (true, true) => weighed(p, t, (difference - (p + t) * (1.0 + MARGIN)).max(0.0)),
+        (true, true) if knows && mean > 0.0 => weighed(p, t, (difference - (p + t) * (1.0 + MARGIN)).max(0.0)),
+        (true, true) => weighed(p, t.max(difference - p), 0.0),
         (false, true) => weighed(0.0, t, (difference - t).max(0.0)),
         (true, false) => weighed(p, (difference - p).max(0.0), 0.0),
         (false, false) => weighed(1.0, 1.0, 0.0),
@@ -420,6 +441,19 @@ mod tests {
         assert!(mean(0..5) < 0.3 && mean(30..40) > 0.8);
         assert!(mean_square_error(&three, 0..5) < 0.5 * 0.02, "half of the noise of two passes of the second");
         assert_eq!(mixed(&Film::new(2, 2, [0; 2], false)), []);
+    }
+
+    #[test]
+    fn what_the_second_method_has_not_found_stays() {
+        // The first shows light everywhere, the second none, or in one pixel of a hundred: no bias of the first.
+        let (first, few, many) = (0.01, 0.3, 4e-4);
+        for (t, mean) in [(0.0, 0.0), (few, 0.1)] {
+            let at = best([first, t, 1.0, mean]);
+            assert!(at.weight < 0.02 && at.squared_bias == 0.0, "{at:?}");
+        }
+        // A second that has seen enough is believed.
+        let at = best([first, many, 0.09, 0.7]);
+        assert!(at.weight > 0.98 && at.squared_bias > 0.02, "{at:?}");
     }
 
     #[test]

@@ -120,7 +120,13 @@ fn info_names_what_a_diffuse_scene_leaves_out() {
     let transients = |program: &serde_json::Value| program["bytes"]["transients_without_sharing"].as_u64();
     assert!(transients(lean).is_some() && transients(lean) < transients(full));
     let words = success("info @cornell.glb --size 64x48", folder.path());
-    for part in ["photon pass at 64x48", "photons and paths in turns", "left out: caustic photons (", "left out: glass (", "device memory"] {
+    for part in [
+        "photon pass at 64x48",
+        "photons and paths in turns",
+        "left out: caustic photons (",
+        "left out: glass (",
+        "device memory",
+    ] {
         assert!(words.contains(part), "{part} in {words}");
     }
     // The comparison can tell scenes apart.

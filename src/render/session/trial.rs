@@ -53,7 +53,10 @@ fn small(settings: &Settings, method: Method) -> Settings {
     let side = |length: u32| ((f64::from(length) * ratio.sqrt()) as u32).max(1);
     let photons = (f64::from(settings.photon_count()) * ratio).ceil() as u32;
     let (width, height) = (side(settings.width), side(settings.height));
-    Settings { method, width, height, photons: Some(photons), layers: false, count_work: true, ..settings.clone() }
+    // What both have in common would otherwise hide what one of them has not found.
+    let seed = if method == Method::Path { !settings.seed } else { settings.seed };
+    let photons = Some(photons);
+    Settings { method, width, height, seed, photons, layers: false, count_work: true, ..settings.clone() }
 }
 
 /// One film of both, each of as many passes.

@@ -4,7 +4,9 @@
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Method {
     /// Passes of [`Self::Photons`] and of [`Self::Hybrid`] in turns, and a picture that takes from both what serves it
-    /// best ([`crate::film::mix`]). The first passes tell how much time either gets ([`crate::film::shares`]).
+    /// best ([`crate::film::mix`]). The first passes tell how much time either gets ([`crate::film::shares`]). Where
+    /// something focuses light and every light has an extent, a new session first renders small pictures that tell
+    /// whether [`Self::Path`] does instead of [`Self::Hybrid`]: a second on a processor.
     #[default]
     Auto,
     /// Photon mapping.
