@@ -244,6 +244,10 @@ const WINDOW: f64 = 30.0;
 /// Events that the second method must have seen in a window before its spread counts.
 const FEW_EVENTS: f64 = 16.0;
 
+/// The spread of n passes of the second method is mostly smaller than it should be, as its bright samples are rare: it
+/// counts as 1 + this / n times as large.
+const FEW_PASSES: f64 = 4.0;
+
 /// For each pixel, what of the second method goes into the picture; nothing for films of one method.
 pub fn mixed(film: &Film) -> Vec<Mixed> {
     if film.mix.is_none() {
@@ -262,9 +266,10 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
         (p.min(t).max(0.0).powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)
     };
     let scales: Vec<f64> = pixels.iter().map(scale).collect();
+    let few = 1.0 + FEW_PASSES / film.split_passes()[1].count() as f64;
     let relative = |(pixel, scale): (&Compared, &f64)| {
         let Compared { variances: [p, t], difference, means: [_, second] } = *pixel;
-        [p / scale, t / scale, difference / scale, second / scale.sqrt()]
+        [p / scale, t / scale * few, difference / scale, second / scale.sqrt()]
     };
     let relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(relative).collect();
     let windows = blurred(&relative, film.width as usize).into_iter().map(best);
