@@ -10,8 +10,8 @@
 //! ratio of both after eight times the opening, for an equal part of the work. Where it is about one, each method is
 //! the better one at some places or at some times, and half of the work for each is never far from the best. A method
 //! that is far behind gets less, but for a sixteenth that the other one is checked by; nothing, if it is the first, as
-//! nothing can be learnt from it. But light that the second has not found makes it look good: where the first shows more
-//! light for sure, it keeps half of the work.
+//! nothing can be learnt from it. But light that the second has not found makes it look good: where the first shows
+//! more light for sure, it keeps half of the work.
 
 use super::accumulate::Film;
 use super::mix::{Compared, Round, Turns, blurred, compared};
