@@ -89,7 +89,8 @@ fn plain(side: usize, compression: Compression, blocks: Blocks) -> Vec<u8> {
 fn film(size: [i32; 2], passes: &str, channels: Vec<(String, i32)>) -> Vec<u8> {
     let json = format!(
         r#"{{"format":1,"passes":"{passes}","exponents":[0,0],"rejected":0,"layers":false,
-        "identity":{{"scene":"","settings":[]}},"devices":[],"totals":{{"seconds":0.0,"repeated":0,"photons":0,"deposits":0,"photons_truncated":0,
+        "identity":{{"scene":"","settings":[]}},"devices":[],
+        "totals":{{"seconds":0.0,"repeated":0,"photons":0,"deposits":0,"photons_truncated":0,
         "eye_paths_truncated":0,"pairs":[0,0],"counters":{{}},"structure":{{}}}},"sums":""}}"#
     );
     let further = vec![("nephroid.film", "string", json.into_bytes())];

@@ -78,13 +78,14 @@ fn energy(statistics: &Statistics) -> serde_json::Value {
     classes.map(class).collect::<serde_json::Map<_, _>>().into()
 }
 
-/// What `--method auto` has chosen: passes of photons and of paths in the opening and in each round after it (`null`
-/// before that is known), and the method of the latter; `null` for other methods.
+/// What `--method auto` has chosen: passes of photons and of paths in the opening, in each round after it, and in each
+/// round after the second look (`null` before that is known), and the method of the latter; `null` for other methods.
 fn choice(session: &Session) -> serde_json::Value {
     let round = |round: Round| serde_json::json!({ "photons": round.first, "paths": round.second });
     session.choice().map_or(serde_json::Value::Null, |choice| {
         serde_json::json!({
             "paths": choice.paths.name(), "opening": round(choice.turns.opening), "then": choice.turns.then.map(round),
+            "at_last": choice.turns.at_last.map(round),
         })
     })
 }

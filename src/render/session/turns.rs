@@ -152,22 +152,22 @@ impl Session {
         Ok(())
     }
 
-    /// Renders these first passes of the render to find out what follows, and forgets them.
+    /// Renders these first passes of the render to find out what follows, and forgets them. The film and the counts are
+    /// what they were, also where a pass fails.
     fn rehearse_turns(&mut self, passes: u64) -> Result<()> {
         let (film, before) = (self.film()?, self.statistics.clone());
         let theirs = self.other.as_ref().map(|other| other.session.statistics.clone());
         self.reset();
-        (0..passes).try_for_each(|index| self.run_pass(index))?;
-        self.add_turns()?;
-        let turns = self.other.as_ref().map(|other| other.turns);
+        let outcome = (0..passes).try_for_each(|index| self.run_pass(index)).and_then(|()| self.add_turns());
+        let turns = self.other.as_ref().map(|other| other.turns).filter(|_| outcome.is_ok());
         self.reset();
-        self.restore(&film)?;
+        let restored = self.restore(&film);
         self.statistics = before;
-        if let (Some(other), Some(turns), Some(theirs)) = (&mut self.other, turns, theirs) {
+        if let (Some(other), Some(theirs)) = (&mut self.other, theirs) {
             other.session.statistics = theirs;
-            other.turns = turns;
+            other.turns = turns.unwrap_or(other.turns);
         }
-        Ok(())
+        outcome.and(restored)
     }
 
     /// Work of this session's last pass, by counts, in the time of a ray of an eye path on a processor; 0 where nothing

@@ -85,7 +85,9 @@ impl Session {
         let Some(other) = &mut self.other else { return Ok(()) };
         other.session.update(changes)?;
         if steps.has(Step::Film) {
-            let settings = turns::settings_of_paths(&self.settings);
+            // As in a new session: nobody said the size of leaves.
+            let leaf_photons = self.settings.leaf_photons.filter(|_| !self.automatic_leaf);
+            let settings = turns::settings_of_paths(&Settings { leaf_photons, ..self.settings.clone() });
             let method = trial::method_of_paths(&self.runtime, (&self.scene, &self.device_scene), &settings)?;
             if method != other.session.settings.method {
                 let on_device = (self.scene.clone(), self.device_scene.clone());
@@ -132,6 +134,8 @@ impl Session {
         // Leaves that the host builds count for the order of sums; those of the device only for speed, and these may
         // stay.
         self.stale_leaf |= effect.leaf && self.settings.photon_build == PhotonBuild::Vvh;
+        // The overlap of footprints, which is found out with it, counts for the turns of methods.
+        self.stale_leaf |= effect.film && self.settings.count_work;
         if effect.film {
             steps.push(Step::Film);
             self.reset();
