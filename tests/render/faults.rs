@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nephroid::low_level::injection::{Step, arm, disarm};
 use nephroid::low_level::vk::Device;
-use nephroid::{Error, Film, Result, Session, Settings};
+use nephroid::{Error, Film, Method, Result, Session, Settings};
 
 use crate::support::device;
 use crate::support::lab::{asset, settings};
@@ -95,4 +95,39 @@ fn a_pass_that_fails_leaves_the_film() {
     assert!(session.film().expect("a film") == film, "another film");
     session.run_pass(1).expect("a pass");
     assert!(session.film().expect("a film") == expected, "another film");
+}
+
+/// A part of a render that has no opening renders one first, to find out whose turn its passes are. Where that fails,
+/// the film is as it was, and the pass can be tried again.
+#[test]
+fn a_rehearsal_that_fails_leaves_the_film() {
+    let _alone = device::alone();
+    let device = device::open();
+    let open = || {
+        let settings = Settings { method: Method::Auto, ..small() };
+        let mut session = Session::new(&device, asset("cornell-glass"), settings).expect("a session");
+        session.run_pass(1).expect("a pass of the opening");
+        session
+    };
+    let (film, late) = (open().film().expect("a film"), 9);
+    let mut whole = open();
+    whole.run_pass(late).expect("no fault");
+    let mut faults = 0;
+    for number in 0..3 {
+        let mut session = open();
+        arm(Step::Allocate, number);
+        let result = session.run_pass(late);
+        if disarm() {
+            assert!(matches!(result, Err(Error::OutOfMemory { .. })), "fault {number}");
+            assert!(session.film().expect("a film") == film, "fault {number}: another film");
+            assert_eq!(session.statistics().expect("counts").passes, 1, "fault {number}");
+            faults += 1;
+            session.run_pass(late).expect("memory is there again");
+        }
+        assert!(
+            session.film().expect("a film") == whole.film().expect("a film"),
+            "fault {number}: another film at last"
+        );
+    }
+    assert!(faults > 0, "nothing was allocated");
 }
