@@ -43,6 +43,18 @@ float environment_density(vec3 d) {
     return per_image / (2.0 * PI * PI * max(sin(PI * uv.y), 1e-6));
 }
 
+// The numbers from which sample_environment makes a direction, up to rounding.
+vec2 environment_numbers(vec3 d) {
+    uint width = globals[0].environment_width, height = globals[0].environment_height;
+    vec2 at = environment_uv(d) * vec2(width, height);
+    uvec2 texel = min(uvec2(at), uvec2(width, height) - 1u);
+    vec2 inside = at - vec2(texel);
+    uint row = texel.y * width, column = width * height;
+    float x0 = texel.x == 0u ? 0.0 : environment_cdf[row + texel.x - 1u], x1 = environment_cdf[row + texel.x];
+    float y0 = texel.y == 0u ? 0.0 : environment_cdf[column + texel.y - 1u], y1 = environment_cdf[column + texel.y];
+    return vec2(mix(x0, x1, inside.x), mix(y0, y1, inside.y));
+}
+
 // First entry of environment_cdf[first, first + count) above u.
 uint environment_search(uint first, uint count, float u) {
     uint low = 0u, high = count - 1u;

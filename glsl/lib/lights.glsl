@@ -1,4 +1,4 @@
-// Choosing a light by power, and sampling it from a point.
+// Choosing a light by power, and sampling it from a point. Include lib/environment.glsl and lib/guide.glsl before.
 
 // First light whose cumulative probability is above u; u becomes uniform again inside of the chosen interval.
 uint choose_light(inout float u) {
@@ -40,7 +40,13 @@ struct LightSample {
     float density;  // of to_light per solid angle, the choice of the light included; 0 for delta lights
 };
 
-LightSample sample_light(uint index, vec3 position, vec2 u) {
+// The region of a point in which samples of the environment have a guide.
+uint sample_region(vec3 position) {
+    return GUIDED_SAMPLES && ENVIRONMENT && globals[0].guide_samples > 0u ? guide_region(position) : 0u;
+}
+
+// A sample of a light from a point; `region` is the point's.
+LightSample sample_light(uint index, vec3 position, uint region, vec2 u) {
     Light l = lights[index];
     LightSample s = LightSample(vec3(0.0, 1.0, 0.0), position, vec3(0.0), true, false, 0.0);
     if (AREA_LIGHTS && l.kind == LIGHT_TRIANGLE) {
@@ -62,8 +68,10 @@ LightSample sample_light(uint index, vec3 position, vec2 u) {
         s.density = cosine > 0.0 ? l.probability * (distance / l.area) * (distance / cosine) : 0.0;
         s.delta = false;
     } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
-        float pdf;
+        float pdf, preference = 1.0;
+        if (GUIDED_SAMPLES && globals[0].guide_samples > 0u) u = guide_sample(region, u, preference);
         vec3 radiance = sample_environment(u, s.to_light, pdf);
+        pdf *= preference;
         s.target = position + s.to_light * (4.0 * globals[0].radius);
         s.weight = pdf > 0.0 ? radiance / (pdf * l.probability) : vec3(0.0);
         s.density = pdf * l.probability;

@@ -15,6 +15,7 @@ layout(set = 0, binding = 10, scalar) readonly buffer Casters { Caster casters[]
 layout(set = 0, binding = 11, scalar) readonly buffer CameraBlock { Camera camera[]; };
 layout(set = 0, binding = 12, scalar) readonly buffer PassBlock { Pass pass[]; };
 layout(set = 0, binding = 13, scalar) readonly buffer Lobes { uint lobes[]; };
+layout(set = 0, binding = 14, scalar) readonly buffer Guide { float guide[]; };
 
 // What a scene does not need is compiled out: one source, many lean kernels (scene::needs decides).
 layout(constant_id = 0) const bool TEXTURES = true;
@@ -34,3 +35,5 @@ layout(constant_id = 11) const uint UV0_AT = 0;
 layout(constant_id = 12) const uint UV1_AT = 0;
 layout(constant_id = 13) const uint COLOR_AT = 0;
 layout(constant_id = 14) const uint TANGENT_AT = 0;
+layout(constant_id = 16) const bool GUIDED = true;         // photons from infinity start where they are useful
+layout(constant_id = 17) const bool GUIDED_SAMPLES = true; // samples of the environment, too

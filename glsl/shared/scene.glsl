@@ -65,7 +65,16 @@ struct Light {
     float cos_outer;     // spot
     float area;          // triangle
     uint triangle;       // place in the tree of a LIGHT_TRIANGLE
+    uint guide;          // of light from infinity: one more than its first column in the guide; 0: it has none
 };
+
+// The guide of light from infinity (src/render/scene/guide.rs): spheres around places that light should reach, and how
+// likely each is chosen for a column. A directional light is a column, a cell of the environment is one. A cell is a
+// square in the random numbers that choose a direction, so all cells are alike in power.
+const uint GUIDE_SIDE = 8u; // Cells of the environment along each of the two numbers.
+const uint GUIDE_CELLS = 64u; // Cells of the environment, in rows along the first number.
+const uint GUIDE_PARALLEL = 8u; // Most directional lights that are guided; their columns come first.
+const uint GUIDE_SPHERE = 4u; // Words of a sphere: centre, radius.
 
 // A sphere around a group of specular surfaces; caustic photons are aimed at these.
 struct Caster {
@@ -84,8 +93,11 @@ struct Globals {
     uint environment_height;
     float environment_probability; // of choosing the environment as a light
     float footprint_unit; // > 0: limits footprints; the radius, or less where the view shows less of the scene
-    float reserved1;
-    float reserved2;
+    uint guide_spheres;  // 0: no guide
+    uint guide_leaves;   // those that are not divided, the first of them
+    uint guide_halos;    // spheres around all of them, the last is that of the scene
+    uint guide_photons;  // 1: photons from infinity are guided
+    uint guide_samples;  // 1: samples of the environment are guided
 };
 
 struct Camera {

@@ -19,6 +19,10 @@ pub struct Variant {
     pub environment: bool,
     pub area_lights: bool,
     pub delta_lights: bool,
+    /// Photons from infinity start where they are useful.
+    pub guided: bool,
+    /// Samples of the environment are chosen by what gets through.
+    pub guided_samples: bool,
     /// A thin lens instead of a pinhole.
     pub lens: bool,
     /// Shading normals that differ from geometric ones.

@@ -9,8 +9,11 @@ use std::fmt::Write;
 /// The line of a kernel that makes it one of them.
 const INCLUDE: &str = "#include \"lib/scene_bindings.glsl\"";
 
-/// Bindings and constants below this are those of the scene, others a kernel's own.
+/// Bindings below this are those of the scene, others a kernel's own.
 const FIRST_OWN: u32 = 16;
+
+/// The same of specialisation constants.
+const FIRST_OWN_CONSTANT: u32 = 20;
 
 /// The camera's binding: not of the scene, because each band of pixels has a camera of its own.
 const CAMERA: &str = "camera";
@@ -91,7 +94,7 @@ pub fn write_buffers(text: &mut String, kernels: &[Kernel]) -> Result<(), String
 
 /// A constructor that specialises the kernel for a scene.
 pub fn write_constructor(text: &mut String, kernel: &Kernel, name: &str) {
-    let scene: Vec<_> = kernel.constants.iter().filter(|c| kernel.scene && c.id < FIRST_OWN).collect();
+    let scene: Vec<_> = kernel.constants.iter().filter(|c| kernel.scene && c.id < FIRST_OWN_CONSTANT).collect();
     if scene.is_empty() {
         return;
     }

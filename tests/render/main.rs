@@ -6,6 +6,7 @@ mod support;
 mod auto;
 mod estimators;
 mod faults;
+mod guide;
 mod light;
 mod media;
 mod path;

@@ -20,6 +20,7 @@ layout(set = 0, binding = 20, scalar) readonly buffer States { uint states[]; };
 #include "lib/surface.glsl"
 #include "lib/medium.glsl"
 #include "lib/environment.glsl"
+#include "lib/guide.glsl"
 #include "lib/lights.glsl"
 #include "lib/eye_hit.glsl"
 #include "lib/scatter.glsl"
@@ -44,6 +45,7 @@ struct Lit {
     uint depth;  // of the path
     bool again;  // the path was scattered widely before
     uint medium; // around it there
+    uint region; // of the guide
 };
 
 // A sample of a light, and the light that it brings if nothing stands between.
@@ -56,7 +58,7 @@ Candidate candidate(Lit at, uint key, uint index) {
     Surface s = at.s;
     float choice = sequence1(index, key, 1u);
     uint light = choose_light(choice);
-    LightSample l = sample_light(light, s.position, sequence2(index, key, 2u));
+    LightSample l = sample_light(light, s.position, at.region, sequence2(index, key, 2u));
     float cosine = dot(s.shading, l.to_light);
     // Positive comparisons: a light at the very point has no direction.
     if (!(cosine > 0.0 && dot(s.geometric, l.to_light) > 0.0 && max_component(l.weight) > 0.0)) {
@@ -122,6 +124,7 @@ void main() {
     at.depth = depth;
     at.again = TOLD && (states[slot] & PATH_DIFFUSE) != 0u;
     at.medium = ABSORPTION || (ALPHA_MASK && GLASS) ? states[slot] & PATH_MEDIUM_MASK : 0u;
+    at.region = sample_region(at.s.position);
     uint key = hash2(pass[0].seed, slot_key(slot, camera[0]) ^ SALT_DIRECT_LIGHT);
     if (PATH) key = hash2(key, depth);
     vec3 sum = vec3(0.0);

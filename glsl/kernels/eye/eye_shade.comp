@@ -40,6 +40,7 @@ layout(set = 0, binding = 28, scalar) buffer Truncated { uint truncated[]; };
 #include "lib/scatter.glsl"
 #include "lib/glass.glsl"
 #include "lib/environment.glsl"
+#include "lib/guide.glsl"
 #include "lib/path.glsl"
 
 // Below this luminance of the throughput a minor continuation is drawn by chance instead of taking a slot of its own.
@@ -147,13 +148,24 @@ void emit_child(EyePath path, uint which, uint slot, uint slots, Child c, Surfac
     child_slots[2u * path.place + which] = slot;
 }
 
+// Density with which samples of the lights have the direction of a path that has left the scene, at the surface where
+// gathered lobes drew it.
+float density_of_samples(EyePath path) {
+    float density = globals[0].environment_probability * environment_density(path.direction);
+    if (GUIDED_SAMPLES && globals[0].guide_samples > 0u) {
+        vec3 surface = rays[2u * path.slot].xyz - max(rays[2u * path.slot].w, 0.0) * path.direction;
+        density *= guide_sample_preference(guide_region(surface), environment_numbers(path.direction));
+    }
+    return density;
+}
+
 // The path leaves the scene.
 void escape(EyePath path) {
     vec3 sky = vec3(0.0);
     float density = 0.0;
     if (ENVIRONMENT && globals[0].environment_width > 0u) {
         sky = environment_radiance(path.direction);
-        if (PATH) density = globals[0].environment_probability * environment_density(path.direction);
+        if (PATH) density = density_of_samples(path);
     }
     add_emission(path.slot, path.state, path.through * sky, density);
     if (AOV && is_shown(path)) write_aov(path.slot, vec3(0.0), vec3(0.0), INFINITY);

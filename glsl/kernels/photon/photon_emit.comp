@@ -3,6 +3,9 @@
 //
 // Differentials start at the spacing of the samples: a density of n photons per solid angle gives dd of length
 // 1 / sqrt(density), which for an isotropic point light is eq. 9 of Fabianowski and Dingliana 2009, D = 2 sqrt(pi / n).
+// Light from infinity may start where a guide says that it is useful (src/render/scene/guide.rs), which changes the
+// density of photons and not their expected flux either.
+//
 // Extensions: parallel light has dp from the density per area and dd = 0; area lights have both, dp from the density
 // over the light and dd from the density of directions, so that the footprint is right near to and far from the light.
 #version 460
@@ -29,6 +32,7 @@ layout(set = 0, binding = 20, scalar) writeonly buffer List { uint list[]; };
 #include "lib/intersect.glsl"
 #include "lib/surface.glsl"
 #include "lib/environment.glsl"
+#include "lib/guide.glsl"
 #include "lib/lights.glsl"
 
 uint choose_caster(inout float u) {
@@ -81,6 +85,10 @@ vec2 disc(vec2 u) {
     return vec2(r * cos(phi), r * sin(phi));
 }
 
+vec3 outside(vec3 p, vec3 d) {
+    return p - d * (dot(p - globals[0].center, d) + 1.5 * globals[0].radius);
+}
+
 // A point outside of the scene from which light along d reaches the scene or the casters, and its density per area.
 vec3 start_outside(vec3 d, float choice, vec2 u, out float pdf) {
     Globals g = globals[0];
@@ -103,7 +111,7 @@ vec3 start_outside(vec3 d, float choice, vec2 u, out float pdf) {
             pdf += i == chosen || dot(away, away) <= r2 ? casters[i].probability / (PI * r2) : 0.0;
         }
     }
-    return p - d * (dot(p - g.center, d) + 1.5 * g.radius);
+    return outside(p, d);
 }
 
 // A photon at its start.
@@ -140,20 +148,58 @@ Start start_at_point(Light l, Numbers u, float n) {
     return p;
 }
 
+// Whether photons of a light start by the guide. Caustic photons are aimed at casters instead.
+bool is_guided(Light l) {
+    return GUIDED && !CAUSTIC && guide_has(l);
+}
+
+// Whether no guide leads a photon.
+bool is_plain(Numbers u) {
+    return u.caster < GUIDE_PLAIN;
+}
+
+// The numbers for a direction of the environment: as they are for a plain start, within a cell of the guide for others.
+// Also the cell, and how many times more likely the guide chooses it than by power alone.
+vec2 guided_place(Numbers u, out uint cell, out float preference) {
+    vec2 place = is_plain(u) ? u.place : guide_place(guide_all_cells(), u.place);
+    uvec2 at = guide_cell(place);
+    cell = at.y * GUIDE_SIDE + at.x;
+    preference = guide_preference(guide_all_cells(), at);
+    return place;
+}
+
+// A start for light along d by a column of the guide, whose cell is preferred so much; the density per area of a start
+// with this direction, relative to the directions' own density.
+vec3 guided_start(vec3 d, uint column, float preference, Numbers u, out float pdf) {
+    uint chosen;
+    if (is_plain(u)) chosen = guide_choose_halo(u.caster / GUIDE_PLAIN);
+    else chosen = guide_choose(column, (u.caster - GUIDE_PLAIN) / (1.0 - GUIDE_PLAIN));
+    vec4 target = guide_sphere(chosen);
+    vec3 p = target.xyz + from_basis(d, vec3(target.w * disc(u.direction), 0.0));
+    pdf = (1.0 - GUIDE_PLAIN) * preference * guide_density(column, p, d, chosen);
+    pdf += GUIDE_PLAIN * guide_density_plain(p, d, chosen);
+    return outside(p, d);
+}
+
 // Directional lights.
 Start start_parallel(Light l, Numbers u, float n) {
     Start p = Start(l.position, l.direction, l.emission, 1.0, 0.0, 0.0);
-    p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
+    if (is_guided(l)) p.origin = guided_start(p.direction, l.guide - 1u, 1.0, u, p.pdf);
+    else p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
     p.dp = inversesqrt(n * p.pdf);
     return p;
 }
 
-Start start_in_environment(Numbers u, float n) {
+Start start_in_environment(Light l, Numbers u, float n) {
     Start p = Start(vec3(0.0), vec3(0.0), vec3(0.0), 1.0, 0.0, 0.0);
-    float pdf_direction;
+    float pdf_direction, cell_preference = 1.0;
+    uint cell = 0u;
+    bool guided = is_guided(l);
+    if (guided) u.place = guided_place(u, cell, cell_preference);
     p.power = sample_environment(u.place, p.direction, pdf_direction);
     p.direction = -p.direction;
-    p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
+    if (guided) p.origin = guided_start(p.direction, l.guide - 1u + cell, cell_preference, u, p.pdf);
+    else p.origin = start_outside(p.direction, u.caster, u.direction, p.pdf);
     p.dp = inversesqrt(n * p.pdf);
     p.pdf *= pdf_direction;
     return p;
@@ -191,7 +237,7 @@ Start start_of(Light l, Numbers u, float n) {
     } else if (l.kind == LIGHT_DIRECTIONAL) {
         p = start_parallel(l, u, n);
     } else if (ENVIRONMENT && l.kind == LIGHT_ENVIRONMENT) {
-        p = start_in_environment(u, n);
+        p = start_in_environment(l, u, n);
     } else if (AREA_LIGHTS) {
         p = start_on_triangle(l, u, n);
     }

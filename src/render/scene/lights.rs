@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use super::host::Host;
 use super::sky::Sky;
-use crate::constants::{LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE};
+use crate::constants::{GUIDE_PARALLEL, LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT, LIGHT_POINT, LIGHT_SPOT, LIGHT_TRIANGLE};
 use crate::kernels::generated::Light as DeviceLight;
 use crate::scene::{Light, Material, Scene};
 
@@ -48,13 +48,18 @@ impl LightTable {
         let mut table = Self::default();
         let mut powers = Vec::new();
         for light in &scene.lights {
-            let (device, power) = punctual(light, radius);
+            let (mut device, power) = punctual(light, radius);
+            if device.kind == LIGHT_DIRECTIONAL {
+                let parallel = table.lights.iter().filter(|light| light.kind == LIGHT_DIRECTIONAL).count() as u32;
+                device.guide = if parallel < GUIDE_PARALLEL { parallel + 1 } else { 0 };
+            }
             table.push(&mut powers, device, power);
         }
         table.has_delta = !table.lights.is_empty();
         table.add_triangles(&mut powers, scene, host);
         if let Some(sky) = &host.sky {
-            let light = DeviceLight { kind: LIGHT_ENVIRONMENT, ..DeviceLight::default() };
+            let guide = GUIDE_PARALLEL + 1;
+            let light = DeviceLight { kind: LIGHT_ENVIRONMENT, guide, ..DeviceLight::default() };
             table.push(&mut powers, light, sky.power(radius));
         }
         table.finish(&powers);

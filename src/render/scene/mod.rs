@@ -2,6 +2,7 @@
 
 pub mod camera;
 mod casters;
+mod guide;
 pub mod host;
 mod lights;
 mod lobes;

@@ -54,6 +54,24 @@ impl Sky {
         Some(sky)
     }
 
+    /// The direction towards the environment of two uniform numbers: as `sample_environment` of
+    /// glsl/lib/environment.glsl finds it, up to rounding.
+    pub fn direction(&self, [u, v]: [f32; 2]) -> [f32; 3] {
+        let [width, height] = self.size.map(|length| length as usize);
+        let search = |first: usize, count: usize, u: f32| {
+            let steps = &self.cdf[first..first + count];
+            let at = steps.partition_point(|step| *step <= u).min(count - 1);
+            let before = if at == 0 { 0.0 } else { steps[at - 1] };
+            let inside = ((u - before) / (steps[at] - before).max(1e-12)).clamp(0.0, 1.0);
+            (at as f64 + f64::from(inside), at)
+        };
+        let (down, y) = search(width * height, height, v);
+        let (along, _) = search(y * width, width, u);
+        let (sin_phi, cos_phi) = (2.0 * PI * (along / width as f64 - 0.5)).sin_cos();
+        let (sin_theta, cos_theta) = (PI * down / height as f64).sin_cos();
+        [sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi].map(|x| x as f32)
+    }
+
     /// Luminance of the power that enters a sphere of this radius [W].
     pub fn power(&self, radius: f64) -> f64 {
         PI * radius * radius * self.total * self.solid

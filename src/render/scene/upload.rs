@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::casters::casters;
+use super::guide::Guide;
 use super::host::Host;
 use super::lights::LightTable;
 use super::lobes::Lobes;
 use super::memory::Memory;
 use super::shading::{Textures, vertex_data};
 use super::variant::variant;
-use super::view::footprint_unit;
+use super::view::{COARSE, FINE, footprint_unit, seen_points};
 use crate::error::{Error, MemoryCause, Result};
 use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::generated::{
@@ -72,6 +73,7 @@ pub struct DeviceScene {
     environment: Persistent<[f32; 4]>,
     environment_cdf: Persistent<f32>,
     casters: Persistent<Caster>,
+    guide: Persistent<f32>,
     lobes: Persistent<u32>,
     /// What the host knows of it.
     host: Arc<Host>,
@@ -79,6 +81,8 @@ pub struct DeviceScene {
     host_materials: Vec<DeviceMaterial>,
     /// The tables as they are on the device.
     host_lobes: Lobes,
+    /// The lights that a guide may lead.
+    guided_lights: Vec<Light>,
     /// What `globals` holds.
     numbers: Globals,
     /// Keeps every feature in the kernels.
@@ -111,6 +115,8 @@ pub struct DeviceScene {
     pub(in crate::render) exponents: [i32; 2],
     /// A bound of the power that the photons of a pass carry together: red, green, blue [W].
     pub(in crate::render) light_power: [f64; 3],
+    /// Greatest part of it that a photon carries where there is most to see, times the number of photons.
+    pub(in crate::render) greatest_share: f64,
     /// Radius of the scene's sphere.
     pub(in crate::render) radius: f32,
     /// Length by which footprints are limited, greater than 0.
@@ -195,13 +201,29 @@ impl DeviceScene {
         Ok(Redone { vertices: tree || layout, materials, casters, tree })
     }
 
-    /// Redoes what follows from the view: the limit of footprints.
+    /// Redoes what follows from the view: the limit of footprints, and the guide of light from infinity.
     ///
     /// # Errors
     /// Those of the device.
     pub(in crate::render) fn look(&mut self, memory: Memory<'_>, scene: &Scene, camera: usize) -> Result<()> {
-        self.footprint_unit = footprint_unit(scene, &self.host, camera);
+        let seen = |grid| seen_points(scene, &self.host, &scene.cameras[camera], grid);
+        self.footprint_unit = footprint_unit(&seen(COARSE), &self.host);
         self.numbers.footprint_unit = self.footprint_unit;
+        let leads = !self.guided_lights.is_empty();
+        let guide = leads.then(|| Guide::of(scene, &self.host, &self.guided_lights, &seen(FINE))).flatten();
+        let leads = |what: fn(&Guide) -> bool| guide.as_ref().is_some_and(what);
+        let (photons, samples) = (leads(|guide| guide.leads_photons), leads(|guide| guide.leads_samples));
+        (self.variant.guided, self.variant.guided_samples) = (self.full || photons, self.full || samples);
+        self.numbers.guide_spheres = guide.as_ref().map_or(0, |guide| guide.spheres);
+        self.numbers.guide_halos = guide.as_ref().map_or(0, |guide| guide.halos);
+        let far: f64 = self.guided_lights.iter().map(|light| f64::from(light.probability)).sum();
+        let greatest = guide.as_ref().filter(|_| photons).map_or(1.0, |guide| guide.greatest);
+        self.greatest_share = 1.0 + far * (greatest - 1.0);
+        self.numbers.guide_photons = photons.into();
+        self.numbers.guide_leaves = guide.as_ref().map_or(0, |guide| guide.leaves);
+        self.numbers.guide_samples = samples.into();
+        let words = guide.map_or(vec![], |guide| guide.words);
+        self.generation += fill(memory, &mut self.guide, "guide", &words)?;
         self.generation += fill(memory, &mut self.globals, "globals", &[self.numbers])?;
         Ok(())
     }
@@ -229,10 +251,12 @@ impl DeviceScene {
             environment: Persistent::detached("environment", 0),
             environment_cdf: Persistent::detached("environment_cdf", 0),
             casters: Persistent::detached("casters", 0),
+            guide: Persistent::detached("guide", 0),
             lobes: Persistent::detached("lobes", 0),
             host: Arc::default(),
             host_materials: vec![],
             host_lobes: Lobes::default(),
+            guided_lights: vec![],
             numbers: Globals::default(),
             full,
             generation: 0,
@@ -249,6 +273,7 @@ impl DeviceScene {
             device_class: memory.device_class(),
             exponents: [0; 2],
             light_power: [0.0; 3],
+            greatest_share: 1.0,
             radius: 1.0,
             footprint_unit: 1.0,
             surface_area: 0.0,
@@ -348,6 +373,7 @@ impl DeviceScene {
     fn upload_lights(&mut self, memory: Memory<'_>, scene: &Scene, table: &LightTable) -> Result<()> {
         self.generation += fill_roomy(memory, &mut self.lights, "lights", &table.lights)?;
         self.light_count = table.lights.len() as u32;
+        self.guided_lights = table.lights.iter().filter(|light| light.guide > 0).copied().collect();
         let sky = self.host.sky.as_ref();
         self.has_wide_lights = table.has_triangles || sky.is_some();
         self.has_lights_without_extent = table.has_delta;
@@ -378,6 +404,7 @@ impl DeviceScene {
             ("lights", self.lights.bytes()),
             ("environment", self.environment.bytes() + self.environment_cdf.bytes()),
             ("casters", self.casters.bytes()),
+            ("guide", self.guide.bytes()),
             ("tables of lobes", self.lobes.bytes()),
         ]
     }
@@ -409,6 +436,7 @@ impl DeviceScene {
             environment: g.import_read(&self.environment),
             environment_cdf: g.import_read(&self.environment_cdf),
             casters: g.import_read(&self.casters),
+            guide: g.import_read(&self.guide),
             lobes: g.import_read(&self.lobes),
             pass,
         };

@@ -21,6 +21,8 @@ pub fn variant(scene: &Scene, host: &Host, table: &LightTable, full: bool) -> Va
         environment: full || host.sky.is_some(),
         area_lights: full || table.has_triangles,
         delta_lights: full || table.has_delta,
+        guided: full,
+        guided_samples: full,
         lens: full,
         smooth_normals: full || needs.normal_maps || host.any_smooth(scene, |_| true),
         gathers_glossy: full || scene.materials.iter().any(gathers_glossy),

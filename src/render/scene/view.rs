@@ -4,16 +4,19 @@
 //! looked at. Where most vertices are says more, but a bulb of a thousand triangles would make the floor under it the
 //! stray. So a few hundred paths start at the camera and go on by diffuse reflection, to see what is seen and what can
 //! light it. A view of a tiny part of an open scene is no reason for tiny footprints either: photons are as far apart
-//! there as elsewhere. The larger of the two counts, up to the scene's sphere.
+//! there as elsewhere. The larger of the two counts, up to the scene's sphere. What the paths have seen also guides
+//! light from infinity ([`super::guide`]).
 
 use glam::Vec3;
 
 use super::host::Host;
 use crate::kernels::trace::{MISS, offset_ray_origin, ray, traverse_by};
-use crate::scene::{Camera, Material, Projection, Scene};
+use crate::scene::{Alpha, Camera, Material, Projection, Scene};
 
-/// Paths along each axis of the picture.
-const GRID: [u32; 2] = [16, 12];
+/// Paths along each axis of the picture that tell how large footprints may be.
+pub const COARSE: [u32; 2] = [16, 12];
+/// The same of paths that guide light.
+pub const FINE: [u32; 2] = [32, 24];
 /// Diffuse surfaces at which a path ends.
 const MOST_VERTICES: u32 = 4;
 /// Surfaces of any kind at which a path ends.
@@ -24,13 +27,42 @@ const MIRROR_ROUGHNESS: f32 = 0.3;
 const SEEN_RADII: f32 = 2.0;
 
 /// Length by which footprints of a view are limited, greater than 0, in scene units.
-pub fn footprint_unit(scene: &Scene, host: &Host, camera: usize) -> f32 {
-    seen_length(scene, host, camera).max(host.tree.crowd_radius).min(host.tree.radius)
+pub fn footprint_unit(seen: &[SeenPoint], host: &Host) -> f32 {
+    seen_length(seen).max(host.tree.crowd_radius).min(host.tree.radius)
 }
 
 /// What is seen counts so much; 0 where nothing is.
-fn seen_length(scene: &Scene, host: &Host, camera: usize) -> f32 {
-    SEEN_RADII * middle_radius(&seen_points(scene, host, &scene.cameras[camera]))
+fn seen_length(seen: &[SeenPoint]) -> f32 {
+    let places: Vec<Vec3> = seen.iter().map(|point| point.place).collect();
+    SEEN_RADII * middle_radius(&places)
+}
+
+/// A point of a surface that is neither clear nor a mirror, on a path from the camera.
+#[derive(Debug, Clone, Copy)]
+pub struct SeenPoint {
+    pub place: Vec3,
+    /// Unit normal of the triangle, on the side that is seen.
+    pub normal: Vec3,
+    corners: [[f32; 3]; 3],
+    at: [f32; 2],
+}
+
+impl SeenPoint {
+    /// Whether light from infinity that travels against `towards` gets here: past what is clear, or there in part.
+    pub fn is_lit_from(&self, scene: &Scene, host: &Host, towards: Vec3) -> bool {
+        let mut origin = offset_ray_origin(self.corners, self.at, towards.into());
+        for _ in 0..MOST_EVENTS {
+            let Some(met) = meet(scene, host, origin.into(), towards) else { return true };
+            if !is_clear(met.material) && met.material.alpha == Alpha::Opaque {
+                return false;
+            }
+            origin = offset_ray_origin(met.corners, met.at, towards.into());
+            if !origin.iter().all(|x| x.is_finite()) {
+                return false;
+            }
+        }
+        false
+    }
 }
 
 /// Half the diagonal of the box that holds the middle three quarters of points along each axis: a few that lie far
@@ -46,20 +78,20 @@ fn middle_radius(points: &[Vec3]) -> f32 {
     half.iter().map(|x| x * x).sum::<f64>().sqrt() as f32
 }
 
-/// Points on surfaces that are neither clear nor mirrors, of paths from the camera.
-fn seen_points(scene: &Scene, host: &Host, camera: &Camera) -> Vec<Vec3> {
+/// Points on surfaces that are neither clear nor mirrors, of as many paths from the camera.
+pub fn seen_points(scene: &Scene, host: &Host, camera: &Camera, grid: [u32; 2]) -> Vec<SeenPoint> {
     let mut points = Vec::new();
-    for path in 0..GRID[0] * GRID[1] {
-        let (origin, direction) = first_ray(camera, path);
+    for path in 0..grid[0] * grid[1] {
+        let (origin, direction) = first_ray(camera, path, grid);
         follow(scene, host, path, origin, direction, &mut points);
     }
     points
 }
 
 /// The ray through the middle of a cell of the picture, which is taken to be square.
-fn first_ray(camera: &Camera, path: u32) -> (Vec3, Vec3) {
-    let cell = [path % GRID[0], path / GRID[0]];
-    let [x, y] = [0, 1].map(|k| 2.0 * (cell[k] as f32 + 0.5) / GRID[k] as f32 - 1.0);
+fn first_ray(camera: &Camera, path: u32, grid: [u32; 2]) -> (Vec3, Vec3) {
+    let cell = [path % grid[0], path / grid[0]];
+    let [x, y] = [0, 1].map(|k| 2.0 * (cell[k] as f32 + 0.5) / grid[k] as f32 - 1.0);
     let [half_width, half_height] = camera.projection.half_size(1.0);
     let aside = x * half_width * Vec3::from(camera.right) + y * half_height * Vec3::from(camera.up);
     let (position, forward) = (Vec3::from(camera.position), Vec3::from(camera.forward));
@@ -69,18 +101,31 @@ fn first_ray(camera: &Camera, path: u32) -> (Vec3, Vec3) {
     }
 }
 
-fn follow(scene: &Scene, host: &Host, path: u32, mut origin: Vec3, mut direction: Vec3, points: &mut Vec<Vec3>) {
+/// The nearest surface on a ray.
+struct Met<'a> {
+    t: f32,
+    corners: [[f32; 3]; 3],
+    /// Barycentrics of the second and third corner.
+    at: [f32; 2],
+    material: &'a Material,
+}
+
+fn meet<'a>(scene: &'a Scene, host: &Host, origin: Vec3, direction: Vec3) -> Option<Met<'a>> {
+    let order = &host.tree.bvh.order;
+    let triangle = |index: u32| (host.world.corners(order[index as usize]), order[index as usize]);
+    let hit = traverse_by(&host.tree.bvh.nodes, triangle, &ray(origin.into(), direction.into(), f32::INFINITY));
+    if hit.triangle == MISS {
+        return None;
+    }
+    let (corners, id) = triangle(hit.triangle);
+    let material = &scene.materials[host.world.material[id as usize] as usize];
+    Some(Met { t: hit.t, corners, at: [hit.b1, hit.b2], material })
+}
+
+fn follow(scene: &Scene, host: &Host, path: u32, mut origin: Vec3, mut direction: Vec3, points: &mut Vec<SeenPoint>) {
     let mut vertices = 0;
     for _ in 0..MOST_EVENTS {
-        let order = &host.tree.bvh.order;
-        let triangle = |index: u32| (host.world.corners(order[index as usize]), order[index as usize]);
-        let ray = ray(origin.into(), direction.into(), f32::INFINITY);
-        let hit = traverse_by(&host.tree.bvh.nodes, triangle, &ray);
-        if hit.triangle == MISS {
-            return;
-        }
-        let (corners, id) = triangle(hit.triangle);
-        let material = &scene.materials[host.world.material[id as usize] as usize];
+        let Some(Met { t, corners, at, material }) = meet(scene, host, origin, direction) else { return };
         let front = front_normal(corners);
         let normal = if front.dot(direction) > 0.0 { -front } else { front };
         if is_clear(material) || (material.is_one_sided() && front.dot(direction) > 0.0) {
@@ -88,14 +133,14 @@ fn follow(scene: &Scene, host: &Host, path: u32, mut origin: Vec3, mut direction
         } else if material.metallic > 0.5 && material.roughness < MIRROR_ROUGHNESS {
             direction -= 2.0 * direction.dot(normal) * normal;
         } else {
-            points.push(origin + hit.t * direction);
+            points.push(SeenPoint { place: origin + t * direction, normal, corners, at });
             vertices += 1;
             if vertices == MOST_VERTICES {
                 return;
             }
             direction = diffuse(normal, path, vertices);
         }
-        origin = offset_ray_origin(corners, [hit.b1, hit.b2], direction.into()).into();
+        origin = offset_ray_origin(corners, at, direction.into()).into();
         if !(origin.is_finite() && direction.is_finite()) {
             return;
         }
@@ -138,14 +183,14 @@ mod tests {
     /// The length for a scene of these objects, seen from `eye`, in its radii and in scene units.
     fn unit(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> (f32, f32) {
         let (scene, host) = known(objects, eye, target);
-        let unit = footprint_unit(&scene, &host, 0);
+        let unit = footprint_unit(&seen_points(&scene, &host, &scene.cameras[0], COARSE), &host);
         (unit / host.tree.radius, unit)
     }
 
     /// What of it comes from what is seen, in its radii.
     fn seen(objects: Vec<(Mesh, Material)>, eye: [f32; 3], target: [f32; 3]) -> f32 {
         let (scene, host) = known(objects, eye, target);
-        seen_length(&scene, &host, 0) / host.tree.radius
+        seen_length(&seen_points(&scene, &host, &scene.cameras[0], COARSE)) / host.tree.radius
     }
 
     fn white() -> Material {

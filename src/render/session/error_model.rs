@@ -13,7 +13,10 @@ use crate::render::settings::{Estimator, Sampling, Scale, Settings};
 pub fn of(settings: &Settings, estimator: Estimator, device: &DeviceScene, budget: &PhotonBudget) -> Model {
     let discs = budget.emissions.iter().map(|e| per_watt(e, f64::from(device.footprint_unit)));
     let discs = discs.fold(0.0, f64::max);
-    Model { bias: bias(settings, estimator, budget), event: device.light_power.map(|power| power * discs / PI) }
+    Model {
+        bias: bias(settings, estimator, budget),
+        event: device.light_power.map(|power| power * device.greatest_share * discs / PI),
+    }
 }
 
 fn bias(settings: &Settings, estimator: Estimator, budget: &PhotonBudget) -> Bias {

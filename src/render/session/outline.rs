@@ -145,7 +145,7 @@ struct Feature {
 }
 
 /// Every feature that passes, kernels or buffers depend on.
-const FEATURES: [Feature; 11] = [
+const FEATURES: [Feature; 13] = [
     Feature { name: "caustic photons", has: |d| d.caster_count > 0, add: |d| d.caster_count = 1 },
     Feature {
         name: "mirrors and glossy surfaces",
@@ -182,6 +182,12 @@ const FEATURES: [Feature; 11] = [
         name: "point, spot and directional lights",
         has: |d| d.variant.delta_lights,
         add: |d| d.variant.delta_lights = true,
+    },
+    Feature { name: "guided photons", has: |d| d.variant.guided, add: |d| d.variant.guided = true },
+    Feature {
+        name: "guided light samples",
+        has: |d| d.variant.guided_samples,
+        add: |d| d.variant.guided_samples = true,
     },
 ];
 
@@ -248,7 +254,7 @@ mod tests {
     #[test]
     fn a_diffuse_scene_leaves_out_passes_kernels_and_bytes() {
         let diffuse = of(Material::lambert([0.5; 3]));
-        assert_eq!(diffuse.left_out.len(), 10, "everything but the point light: {:?}", names(&diffuse));
+        assert_eq!(diffuse.left_out.len(), 12, "everything but the point light: {:?}", names(&diffuse));
         let of = |name: &str| diffuse.left_out.iter().find(|s| s.name == name).expect("left out");
         let caustic = of("caustic photons");
         assert_eq!((caustic.pipelines, caustic.kernels.as_slice()), (2, ["photon_bounce", "photon_emit"].as_slice()));
