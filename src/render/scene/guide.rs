@@ -400,7 +400,6 @@ mod tests {
         assert_eq!(cumulative(&[0.0, 1.0, 3.0, 0.0]), [0.0, 0.25, 1.0, 1.0]);
         assert_eq!(cumulative(&[1e-300, 1e-300]), [0.5, 1.0]);
         assert_eq!(cumulative(&[0.0, 0.0]), [0.0, 0.0]);
-        assert_eq!(cumulative(&[]), []);
         let weights = halo_weights(24);
         assert!(weights.is_sorted_by(|a, b| a >= b) && weights[23] > 0.02 * weights.iter().sum::<f64>());
     }
