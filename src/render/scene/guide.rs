@@ -46,7 +46,7 @@ const ALL_ROUNDS: u32 = GUIDE_CELLS / TESTS;
 const ENOUGH: usize = 2048;
 /// Without a guide, photons are this many times rarer where they are useful, or there is no guide: what it costs would
 /// not pay.
-const LEAST_GAIN: f64 = 4.0;
+const LEAST_GAIN: f64 = 6.0;
 /// The same of samples of the environment.
 const LEAST_GAIN_OF_SAMPLES: f64 = 2.0;
 /// What all spheres together say of a cell counts as so many lit points in each, and what all columns together say of a
@@ -96,7 +96,7 @@ impl Guide {
         let groups = groups(&lit)?;
         let spheres = spheres(&lit, &groups);
         let weights = Weights::of(&lit, &groups);
-        let leads_photons = gain(&lit, &spheres, &weights, host.tree.radius.into()) >= LEAST_GAIN;
+        let leads_photons = gain(&lit, &groups, &spheres, &weights, host.tree.radius.into()) >= LEAST_GAIN;
         let leads_samples = gain_of_samples(&lit, &groups, &weights) >= LEAST_GAIN_OF_SAMPLES;
         let halos = halos(&lit, Vec3::from(host.tree.center).as_dvec3(), host.tree.radius.into());
         let shares = halo_weights(halos.len());
@@ -130,8 +130,7 @@ impl Weights {
     fn of(lit: &[Lit], groups: &Groups) -> Self {
         let mut columns = vec![vec![0.0; groups.all.len()]; COLUMNS];
         for (sphere, group) in groups.all.iter().enumerate() {
-            let share = if sphere < groups.leaves { 1.0 } else { SHARE_OF_DIVIDED };
-            group.iter().for_each(|&i| columns[lit[i].column][sphere] += share * lit[i].weight);
+            group.iter().for_each(|&i| columns[lit[i].column][sphere] += groups.share(sphere) * lit[i].weight);
         }
         let in_all: Vec<f64> = (0..groups.all.len()).map(|i| columns.iter().map(|column| column[i]).sum()).collect();
         let of_all: f64 = in_all.iter().sum();
@@ -235,6 +234,13 @@ struct Groups {
     leaves: usize,
 }
 
+impl Groups {
+    /// What the light in a group counts for its sphere.
+    fn share(&self, sphere: usize) -> f64 {
+        if sphere < self.leaves { 1.0 } else { SHARE_OF_DIVIDED }
+    }
+}
+
 /// Groups of lit points; `None` where there are too few to tell of.
 fn groups(lit: &[Lit]) -> Option<Groups> {
     if lit.len() < LEAST_IN_SPHERE {
@@ -297,17 +303,22 @@ fn halo_weights(halos: usize) -> Vec<f64> {
 }
 
 /// How many times as many photons reach the lit points with a guide as without one, where all follow it: the geometric
-/// mean.
-fn gain(lit: &[Lit], spheres: &[(DVec3, f64)], weights: &Weights, radius: f64) -> f64 {
+/// mean. What a point itself has told does not count: one more point would not have it.
+fn gain(lit: &[Lit], groups: &Groups, spheres: &[(DVec3, f64)], weights: &Weights, radius: f64) -> f64 {
     let all: f64 = weights.cells.iter().sum();
+    let mut holds = vec![vec![]; lit.len()];
+    groups.all.iter().enumerate().for_each(|(sphere, group)| group.iter().for_each(|&i| holds[i].push(sphere)));
     geometric_mean(lit, 0..lit.len(), |i| {
-        let point = &lit[i];
-        let column = &weights.columns[point.column];
-        let total: f64 = column.iter().sum();
-        let preference = if point.column >= FIRST_CELL { total / all * f64::from(GUIDE_CELLS) } else { 1.0 };
+        let (point, column) = (&lit[i], &weights.columns[lit[i].column]);
+        let own = |sphere| if holds[i].contains(&sphere) { groups.share(sphere) * point.weight } else { 0.0 };
+        let owned: f64 = holds[i].iter().map(|&sphere| own(sphere)).sum();
+        let total = column.iter().sum::<f64>() - owned;
+        let is_cell = point.column >= FIRST_CELL;
+        let preference = if is_cell { total / (all - owned) * f64::from(GUIDE_CELLS) } else { 1.0 };
         let aims = |center: DVec3, r: f64| (point.place - center).cross(point.towards).length() <= r;
-        let hit = spheres.iter().zip(column).filter(|((center, r), _)| aims(*center, *r));
-        preference * hit.map(|((_, r), weight)| weight / total * (radius / r).powi(2)).sum::<f64>()
+        let hit = spheres.iter().zip(column).enumerate().filter(|(_, ((center, r), _))| aims(*center, *r));
+        let density = hit.map(|(sphere, ((_, r), weight))| (weight - own(sphere)) / total * (radius / r).powi(2));
+        preference * density.sum::<f64>()
     })
 }
 
@@ -317,7 +328,8 @@ fn gain_of_samples(lit: &[Lit], groups: &Groups, weights: &Weights) -> f64 {
     for (group, cells) in groups.all.iter().zip(&weights.in_leaf) {
         let total: f64 = cells.iter().sum();
         for &i in group.iter().filter(|&&i| lit[i].column >= FIRST_CELL) {
-            preference[i] = f64::from(GUIDE_CELLS) * cells[lit[i].column - FIRST_CELL] / total;
+            let own = lit[i].weight;
+            preference[i] = f64::from(GUIDE_CELLS) * (cells[lit[i].column - FIRST_CELL] - own) / (total - own);
         }
     }
     let by_sky = |i: &usize| lit[*i].column >= FIRST_CELL;
@@ -373,9 +385,9 @@ mod tests {
 
     #[test]
     fn what_is_seen_whole_or_not_lit_has_none() {
-        assert_eq!(guide(vec![ball(), ground(2.0)], EYE, 1.0), None);
+        assert!(guide(vec![ball(), ground(2.0)], EYE, 1.0).is_none());
         let closed = Mesh::cuboid([-9.0; 3], [9.0; 3]).flipped();
-        assert_eq!(guide(vec![ball(), closed], EYE, 1.0), None);
+        assert!(guide(vec![ball(), closed], EYE, 1.0).is_none());
     }
 
     #[test]
