@@ -47,10 +47,6 @@ fn settings() -> Settings {
     Settings { width: 24, height: 18, photons: Some(3000), ..Settings::of(Method::Photons) }
 }
 
-fn device() -> Arc<Device> {
-    runtime().device().clone()
-}
-
 fn film(session: &mut Session) -> Film {
     (0..2).for_each(|pass| session.run_pass(pass).expect("a pass"));
     session.film().expect("the film")
@@ -73,9 +69,10 @@ fn running(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Session 
 /// Makes changes and compares with a new session of the scene and the settings that are named by `by_hand`; then takes
 /// them back by `back`.
 fn check(what: &str, there: Changes, back: Changes, by_hand: impl Fn(&mut Scene, &mut Settings), expected: &[Step]) {
-    let (device, scene, settings) = (device(), scene(), settings());
-    let first = film(&mut Session::new(&device, scene.clone(), settings.clone()).expect("a session"));
-    let mut session = running(&device, &scene, &settings);
+    let (runtime, scene, settings) = (runtime(), scene(), settings());
+    let device = runtime.device();
+    let first = film(&mut Session::new(device, scene.clone(), settings.clone()).expect("a session"));
+    let mut session = running(device, &scene, &settings);
     let invalid = there.invalidates();
     let updated = session.update(there).expect("an update");
     assert_eq!(updated.steps, Steps::of(expected.iter().copied()), "{what}");
@@ -84,7 +81,7 @@ fn check(what: &str, there: Changes, back: Changes, by_hand: impl Fn(&mut Scene,
     assert_eq!(session.statistics().expect("statistics").photons, 0, "{what}: statistics start again");
     let (mut other, mut others) = (scene.clone(), settings.clone());
     by_hand(&mut other, &mut others);
-    let wanted = film(&mut Session::new(&device, other, others).expect("a session"));
+    let wanted = film(&mut Session::new(device, other, others).expect("a session"));
     assert_same(&film(&mut session), &wanted, what);
     assert!(wanted.sums != first.sums, "{what}: the change can be seen");
     session.update(back).expect("an update");
@@ -107,12 +104,13 @@ fn another_lens_plans_only_where_there_was_none() {
     let (wide, narrow) = (Lens { radius: 0.2, focus: 3.0 }, Lens { radius: 0.1, focus: 4.0 });
     let set = |lens| Changes(vec![Change::Lens(lens)]);
     check("lens", set(Some(wide)), set(None), |_, s| s.lens = Some(wide), &[Step::Film, Step::Camera, Step::Plan]);
-    let device = device();
+    let runtime = runtime();
+    let device = runtime.device();
     let with = |lens| Settings { lens: Some(lens), ..settings() };
-    let mut session = running(&device, &scene(), &with(wide));
+    let mut session = running(device, &scene(), &with(wide));
     let updated = session.update(set(Some(narrow))).expect("an update");
     assert_eq!(updated.steps, Steps::of([Step::Film, Step::Camera]));
-    let expected = film(&mut Session::new(&device, scene(), with(narrow)).expect("a session"));
+    let expected = film(&mut Session::new(device, scene(), with(narrow)).expect("a session"));
     assert_same(&film(&mut session), &expected, "another lens");
 }
 
@@ -227,7 +225,8 @@ fn changes_are_made_together_and_in_order() {
 
 #[test]
 fn what_cannot_be_seen_leaves_the_film_alone() {
-    let mut session = running(&device(), &scene(), &settings());
+    let runtime = runtime();
+    let mut session = running(runtime.device(), &scene(), &settings());
     let before = session.film().expect("the film");
     let unseen = Changes::new()
         .camera(SIDE, scene().cameras[0].clone())
@@ -241,7 +240,8 @@ fn what_cannot_be_seen_leaves_the_film_alone() {
 
 #[test]
 fn changes_at_fault_change_nothing() {
-    let mut session = running(&device(), &scene(), &settings());
+    let runtime = runtime();
+    let mut session = running(runtime.device(), &scene(), &settings());
     let before = session.film().expect("the film");
     let flat = Transform::scaling([1.0, 0.0, 0.0]);
     let dark = Light::Point { position: [0.0; 3], intensity: [f32::NAN; 3] };
@@ -265,9 +265,10 @@ fn changes_at_fault_change_nothing() {
 
 #[test]
 fn a_reset_session_begins_again() {
-    let device = device();
-    let expected = film(&mut Session::new(&device, scene(), settings()).expect("a session"));
-    let mut session = running(&device, &scene(), &settings());
+    let runtime = runtime();
+    let device = runtime.device();
+    let expected = film(&mut Session::new(device, scene(), settings()).expect("a session"));
+    let mut session = running(device, &scene(), &settings());
     session.reset();
     assert_eq!(session.film().expect("the film").passes.count(), 0);
     assert_same(&film(&mut session), &expected, "after a reset");
@@ -277,13 +278,14 @@ fn a_reset_session_begins_again() {
 #[test]
 fn other_methods_follow_the_camera() {
     use nephroid::Method;
-    let device = device();
+    let runtime = runtime();
+    let device = runtime.device();
     for method in [Method::Light, Method::Path] {
         let settings = Settings { method, ..settings() };
-        let mut session = running(&device, &scene(), &settings);
+        let mut session = running(device, &scene(), &settings);
         session.update(Changes(vec![Change::View(SIDE)])).expect("an update");
         let expected = Settings { camera: 1, ..settings };
-        let expected = film(&mut Session::new(&device, scene(), expected).expect("a session"));
+        let expected = film(&mut Session::new(device, scene(), expected).expect("a session"));
         assert_same(&film(&mut session), &expected, "another camera");
     }
 }
@@ -291,8 +293,9 @@ fn other_methods_follow_the_camera() {
 /// Instances of a file: the chess men stand where they stand, bit for bit, after a walk.
 #[test]
 fn instances_of_files_move_and_come_back() {
-    let (device, scene) = (device(), asset("cornell-glass"));
-    let mut session = Session::new(&device, scene.clone(), settings()).expect("a session");
+    let (runtime, scene) = (runtime(), asset("cornell-glass"));
+    let device = runtime.device();
+    let mut session = Session::new(device, scene.clone(), settings()).expect("a session");
     let first = film(&mut session);
     let id = InstanceId(scene.instances.len() as u32 - 1);
     let place = scene.instances[id.index()].transform.expect("a file places by transforms");
@@ -300,7 +303,7 @@ fn instances_of_files_move_and_come_back() {
     session.update(Changes::new().transform(id, moved)).expect("an update");
     let mut other = scene.clone();
     other.instances[id.index()].transform = Some(moved);
-    let expected = film(&mut Session::new(&device, other, settings()).expect("a session"));
+    let expected = film(&mut Session::new(device, other, settings()).expect("a session"));
     assert_same(&film(&mut session), &expected, "moved");
     session.update(Changes::new().transform(id, place)).expect("an update");
     assert_same(&film(&mut session), &first, "back");
