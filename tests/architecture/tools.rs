@@ -260,7 +260,8 @@ fn a_run_of_the_tests_shows_results_skips_and_sums() {
 #[test]
 fn a_failing_test_ends_the_run_with_its_output() {
     let machine = Machine::debian(1000, &PACKAGES);
-    let failing = CARGO.replace("echo noise", "echo noise; echo 'test f ... FAILED'").replace("ok. 2", "FAILED. 2");
+    let lines = "echo noise; echo 'test f ... FAILED'; echo 'not successful: f (signal: 11, SIGSEGV)'";
+    let failing = CARGO.replace("echo noise", lines).replace("ok. 2", "FAILED. 2");
     let failing = failing.replace("2 passed; 0 failed", "2 passed; 1 failed").replace("exit 0", "exit 0 # end");
     let failing = failing.replace("finished in 7.50s\"", "finished in 7.50s\"; exit 101");
     let (code, text) = machine.test(&["quick"], &failing);
@@ -270,6 +271,10 @@ fn a_failing_test_ends_the_run_with_its_output() {
         assert!(text.contains(part), "{part:?} is not in\n{text}");
     }
     assert!(!text.contains("one render"), "a failing step is the last: {text}");
+    // Who sees the end alone sees what failed.
+    let (before, _) = text.rsplit_once("\n\npassed  format").expect("the closing");
+    let last: Vec<&str> = before.lines().rev().take(4).collect();
+    assert!(last[0] == "test f ... FAILED" && last[1].ends_with("(signal: 11, SIGSEGV)"), "{last:?}");
     let log = text.lines().last().and_then(|line| line.rsplit(' ').next()).expect("a last line");
     assert!(fs::read_to_string(log).expect("a log").contains("noise"), "the log is kept: {log}");
 }
