@@ -54,6 +54,8 @@ const LEAST_GAIN_OF_SAMPLES: f64 = 2.0;
 const PRIOR: f64 = 4.0;
 /// Halos at most.
 const MOST_HALOS: usize = 24;
+/// Least radius of a sphere, in roundings of a coordinate of the size of the scene's radius.
+const ROUNDINGS: f64 = 96.0;
 /// A sphere is larger than what it was made around.
 const MARGIN: f64 = 1.2;
 
@@ -94,7 +96,7 @@ impl Guide {
     pub fn of(scene: &Scene, host: &Host, lights: &[Light], seen: &[SeenPoint]) -> Option<Self> {
         let lit = lit_points(scene, host, lights, seen);
         let groups = groups(&lit)?;
-        let spheres = spheres(&lit, &groups);
+        let spheres = spheres(&lit, &groups, host.tree.radius.into());
         let weights = Weights::of(&lit, &groups);
         let leads_photons = gain(&lit, &groups, &spheres, &weights, host.tree.radius.into()) >= LEAST_GAIN;
         let leads_samples = gain_of_samples(&lit, &groups, &weights) >= LEAST_GAIN_OF_SAMPLES;
@@ -243,10 +245,11 @@ impl Groups {
 
 /// Groups of lit points; `None` where there are too few to tell of.
 fn groups(lit: &[Lit]) -> Option<Groups> {
-    if lit.len() < LEAST_IN_SPHERE {
+    let all: Vec<usize> = (0..lit.len()).collect();
+    if lit.len() < LEAST_IN_SPHERE || extent(lit, &all).1 <= 0.0 {
         return None;
     }
-    let mut groups: Vec<Vec<usize>> = vec![(0..lit.len()).collect()];
+    let mut groups: Vec<Vec<usize>> = vec![all];
     let mut divided = vec![];
     while groups.len() < MOST_LEAVES {
         // The one that would have the most of what other light passes through.
@@ -277,10 +280,13 @@ fn extent(lit: &[Lit], group: &[usize]) -> (DVec3, f64, usize) {
     (middle, radius, axis)
 }
 
-/// A sphere around each group. None is much smaller than those that would tile what is lit: the points are samples.
-fn spheres(lit: &[Lit], groups: &Groups) -> Vec<(DVec3, f64)> {
+/// A sphere around each group. None is much smaller than those that would tile what is lit: the points are samples. Nor
+/// than what the rounding of a start outside of the scene's sphere can miss: the density of starts would not be that of
+/// what gets there.
+fn spheres(lit: &[Lit], groups: &Groups, radius: f64) -> Vec<(DVec3, f64)> {
     let all: Vec<usize> = (0..lit.len()).collect();
     let least = 0.5 * extent(lit, &all).1 / (MOST_LEAVES as f64).sqrt();
+    let least = least.max(ROUNDINGS * f64::from(f32::EPSILON) * radius);
     let sphere = |group: &Vec<usize>| {
         let (middle, radius, _) = extent(lit, group);
         (middle, (MARGIN * radius).max(least))
