@@ -279,33 +279,6 @@ fn a_failing_test_ends_the_run_with_its_output() {
     assert!(fs::read_to_string(log).expect("a log").contains("noise"), "the log is kept: {log}");
 }
 
-/// A program of tests that a segmentation fault ends, at first or always.
-fn crashing(always: bool) -> String {
-    let crash = "echo 'error: test failed, to rerun pass `--test kernels`'; \
-                 echo '  not successful: `kernels-1` (signal: 11, SIGSEGV: invalid memory reference)'; exit 101";
-    let again = if always { format!("    test*--test\\ kernels\\ --*) {crash} ;;\n") } else { String::new() };
-    let cases = format!("{again}    test*--no-fail-fast*) {crash} ;;\n    test*--lib*)");
-    CARGO.replace("    test*--lib*)", &cases)
-}
-
-#[test]
-fn a_program_that_the_driver_ends_runs_once_more() {
-    let machine = Machine::debian(1000, &PACKAGES);
-    machine.command("spirv-val", "exit 0");
-    let said = "once more: tests/kernels, ended by a segmentation fault\n";
-    let (_, text) = machine.test(&[], &crashing(false));
-    assert!(text.contains("\npassed  tests ") && text.matches(said).count() == 2, "shown, and said at the end: {text}");
-    let (code, text) = machine.test(&[], &crashing(true));
-    assert_eq!(code, Some(1), "{text}");
-    assert!(text.contains("\nFAILED: tests (exit code 101)") && text.contains(said), "{text}");
-    // A test that fails beside it is not forgiven.
-    let failing =
-        crashing(false).replace("echo 'error: test", "echo 'test result: FAILED. 1 passed'; echo 'error: test");
-    let (code, text) = machine.test(&[], &failing);
-    assert_eq!(code, Some(1), "{text}");
-    assert!(!text.contains("once more: "), "{text}");
-}
-
 #[test]
 fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
     let machine = Machine::debian(1000, &PACKAGES);
