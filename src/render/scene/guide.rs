@@ -21,7 +21,7 @@
 use glam::{DVec3, Vec3};
 
 use super::host::Host;
-use super::view::SeenPoint;
+use super::view::{SeenPoint, spread};
 use crate::constants::{
     GUIDE_CELLS, GUIDE_PARALLEL, GUIDE_PLAIN, GUIDE_SIDE, GUIDE_SPHERE, LIGHT_DIRECTIONAL, LIGHT_ENVIRONMENT,
 };
@@ -219,14 +219,11 @@ fn lit_points(scene: &Scene, host: &Host, lights: &[Light], seen: &[SeenPoint]) 
     lit
 }
 
-/// Numbers within a cell, others for each point: an additive recurrence (Roberts 2018: the plastic number).
+/// Numbers within a cell, others for each point.
 fn within(cell: u32, point: u32) -> [f32; 2] {
     let corner = [cell % GUIDE_SIDE, cell / GUIDE_SIDE];
-    let steps = [0.754_877_666_246_693, 0.569_840_290_998_053];
-    std::array::from_fn(|k| {
-        let inside = (0.5 + f64::from(point) * steps[k]).fract();
-        ((f64::from(corner[k]) + inside) / f64::from(GUIDE_SIDE)) as f32
-    })
+    let inside = spread(point);
+    std::array::from_fn(|k| ((f64::from(corner[k]) + inside[k]) / f64::from(GUIDE_SIDE)) as f32)
 }
 
 /// Lit points, by index, that lie near each other.
@@ -280,13 +277,18 @@ fn extent(lit: &[Lit], group: &[usize]) -> (DVec3, f64, usize) {
     (middle, radius, axis)
 }
 
+/// The least radius of a sphere or halo in a scene of this radius.
+fn least_radius(radius: f64) -> f64 {
+    ROUNDINGS * f64::from(f32::EPSILON) * radius
+}
+
 /// A sphere around each group. None is much smaller than those that would tile what is lit: the points are samples. Nor
 /// than what the rounding of a start outside of the scene's sphere can miss: the density of starts would not be that of
 /// what gets there.
 fn spheres(lit: &[Lit], groups: &Groups, radius: f64) -> Vec<(DVec3, f64)> {
     let all: Vec<usize> = (0..lit.len()).collect();
     let least = 0.5 * extent(lit, &all).1 / (MOST_LEAVES as f64).sqrt();
-    let least = least.max(ROUNDINGS * f64::from(f32::EPSILON) * radius);
+    let least = least.max(least_radius(radius));
     let sphere = |group: &Vec<usize>| {
         let (middle, radius, _) = extent(lit, group);
         (middle, (MARGIN * radius).max(least))
@@ -299,7 +301,7 @@ fn halos(lit: &[Lit], center: DVec3, radius: f64) -> Vec<(DVec3, f64)> {
     let all: Vec<usize> = (0..lit.len()).collect();
     let (middle, extent, _) = extent(lit, &all);
     let doubled = (1..MOST_HALOS as i32).map(|k| extent * 2f64.powi(k));
-    let inner = doubled.take_while(|r| *r > 0.0 && *r < 0.7 * radius).map(|r| (middle, r));
+    let inner = doubled.filter(|r| (least_radius(radius)..0.7 * radius).contains(r)).map(|r| (middle, r));
     inner.chain(std::iter::once((center, radius))).collect()
 }
 

@@ -157,11 +157,15 @@ fn front_normal(corners: [[f32; 3]; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or(glam::DVec3::Z).as_vec3()
 }
 
-/// A direction of the hemisphere about `normal` with density in proportion to the cosine, from an additive recurrence
-/// (Roberts 2018: the plastic number).
+/// Two numbers of [0, 1) that are spread evenly over the indices: an additive recurrence (Roberts 2018: the plastic
+/// number).
+pub fn spread(index: u32) -> [f64; 2] {
+    [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + f64::from(index) * step).fract())
+}
+
+/// A direction of the hemisphere about `normal` with density in proportion to the cosine.
 fn diffuse(normal: Vec3, path: u32, vertex: u32) -> Vec3 {
-    let index = f64::from(path * MOST_VERTICES + vertex);
-    let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + index * step).fract() as f32);
+    let [u, v] = spread(path * MOST_VERTICES + vertex).map(|x| x as f32);
     let (sin, cos) = (std::f32::consts::TAU * u).sin_cos();
     let (across, along) = normal.any_orthonormal_pair();
     (v.sqrt() * (cos * across + sin * along) + (1.0 - v).sqrt() * normal).normalize_or(normal)
