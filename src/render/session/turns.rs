@@ -114,16 +114,18 @@ impl Session {
     /// Seconds that the pass with this index will take, by the last one of its method; `None` where no pass was
     /// rendered yet.
     pub fn expected_seconds(&self, index: u64) -> Option<f64> {
-        /// A pass of photons by one of paths: about so many times as long.
+        /// A pass of photons by one of paths without any: about so many times as long. One of paths that gather photons
+        /// is as long.
         const PHOTONS_BY_PATHS: f64 = 4.0;
         let Some(other) = &self.other else { return self.last_seconds };
+        let ratio = if other.session.has_photons() { 1.0 } else { PHOTONS_BY_PATHS };
         let turns = other.turns;
         // What is not known yet is as long as the longest pass so far.
         let is_other = (index < turns.known()).then(|| turns.of(index).0);
         let theirs = other.session.last_seconds;
         match is_other {
             Some(true) => theirs.or(self.last_seconds),
-            Some(false) => self.last_seconds.or(theirs.map(|seconds| PHOTONS_BY_PATHS * seconds)),
+            Some(false) => self.last_seconds.or(theirs.map(|seconds| ratio * seconds)),
             None => self.last_seconds.into_iter().chain(theirs).reduce(f64::max),
         }
     }
