@@ -4,8 +4,8 @@
 //
 // The footprint is an ellipse in the photon's tangent plane with a slab of SLAB longer semiaxes around it. A point is
 // projected along the photon's normal. The weight over the ellipse times |N_x . N_photon| integrates to one over any
-// surface that lies in the slab; that of the first paper's cut ellipsoid does so only over planes. At a boundary the
-// footprint is folded back (lib/fold.glsl).
+// surface that lies in the slab; that of the first paper's cut ellipsoid does so only over planes. Where the surface ends
+// near the point, footprints are folded back (lib/boundary.glsl).
 //
 // A kernel whose subgroups look at the same photons together defines ESTIMATE_TOGETHER: photons that no lane needs then
 // cost less.
@@ -20,7 +20,6 @@ layout(constant_id = 21) const bool COUNT_PAIRS = false;
 layout(set = 0, binding = 13, scalar) readonly buffer Lobes { uint lobes[]; };
 #include "lib/bsdf.glsl"
 #include "lib/eye_hit.glsl"
-#include "lib/fold.glsl"
 #include "lib/point.glsl"
 
 const uint WEIGHT_CONSTANT = 0u; /// The same weight over the whole footprint.
@@ -60,14 +59,36 @@ bool slab_holds(Photon p, float height) {
     return height * height * inverse_longer2(p) < SLAB * SLAB;
 }
 
+// Place of a photon along both axes of a point's boundaries, seen from the point, which is `offset` from the photon.
+vec2 place_between(Boundaries b, vec3 offset) {
+    return -vec2(dot(offset, b.across), dot(offset, b.along));
+}
+
+// Weight of a photon between boundaries: of its footprint, made as narrow as they are apart, and of its mirror images.
+float folded_weight(Photon p, Boundaries b, vec3 offset) {
+    vec2 place = place_between(b, offset);
+    if (boundary_hides(b, place)) return 0.0;
+    vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
+    vec3 major = u / dot(u, u), minor = v / dot(v, v);
+    Mirrors m = mirrors_of(vec2(dot(major, b.across), dot(minor, b.across)), b.reach.xy);
+    Mirrors l = mirrors_of(vec2(dot(major, b.along), dot(minor, b.along)), b.reach.zw);
+    vec3 narrowed = offset - b.across * (place.x * (m.narrower - 1.0)) - b.along * (place.y * (l.narrower - 1.0));
+    vec2 at = relative_place(p, narrowed);
+    float sum = 0.0;
+    for (uint i = 0u; i < 3u; ++i) {
+        for (uint k = 0u; k < 3u; ++k) {
+            vec2 image = at + m.image[i] + l.image[k];
+            float r2 = dot(image, image);
+            sum += r2 < 1.0 ? radial_weight(r2) : 0.0;
+        }
+    }
+    return sum * m.narrower * l.narrower;
+}
+
 // Weight of a photon at a place within its footprint, over the weight that is constant; 0 behind a boundary.
-float place_weight(Photon p, vec2 at) {
-    float weight = radial_weight(min(dot(at, at), 1.0));
-    if ((p.c.w & FOLD) == 0u) return weight;
-    vec2 image;
-    bool hidden = fold_hides(p.c.w, at, image);
-    float image2 = dot(image, image);
-    return hidden ? 0.0 : weight + (image2 < 1.0 ? radial_weight(image2) : 0.0);
+float place_weight(Photon p, Point x, vec3 offset, vec2 at) {
+    if (x.boundaries.any) return folded_weight(p, x.boundaries, offset);
+    return radial_weight(min(dot(at, at), 1.0));
 }
 
 void add_photon(inout Estimate sum, Photon p, Point x) {
@@ -84,7 +105,7 @@ void add_photon(inout Estimate sum, Photon p, Point x) {
     float facing = dot(normal, x.s.geometric);
     float signed_density = uintBitsToFloat(p.d.w);
     bool covers = r2 < 1.0 && slab_holds(p, dot(offset, normal)) && facing > SAME_SURFACE;
-    float weight = covers ? place_weight(p, at) : 0.0;
+    float weight = covers ? place_weight(p, x, offset, at) : 0.0;
     if (COUNT_PAIRS) sum.accepted += weight > 0.0 ? 1.0 : 0.0;
     vec3 light = photon_light(p, x, abs(signed_density) * facing * weight);
     bool is_caustic = signed_density < 0.0;

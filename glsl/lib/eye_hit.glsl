@@ -16,6 +16,7 @@ EyeHit eye_hit_of(Surface s, vec3 to_eye, vec3 weight, uint seen) {
     h.b = uvec4(floatBitsToUint(weight * s.diffuse / PI), oct_encode(s.shading));
     h.c = uvec4(floatBitsToUint(weight), packHalf2x16(vec2(alpha, s.coat_f0)));
     h.d = uvec4(oct_encode(to_eye), packHalf2x16(f0.rg), packHalf2x16(vec2(f0.b, 0.0)) | bytes, seen);
+    h.e = uvec4(0u);
     return h;
 }
 

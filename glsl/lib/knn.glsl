@@ -39,8 +39,7 @@ bool nearer(float d, uint i, float e, uint j) {
 bool is_candidate(Photon p, Point x) {
     vec3 offset = x.s.position - uintBitsToFloat(p.a.xyz);
     vec2 at = relative_place(p, offset);
-    vec2 image;
-    if (!(dot(at, at) < 1.0) || ((p.c.w & FOLD) != 0u && fold_hides(p.c.w, at, image))) return false;
+    if (!(dot(at, at) < 1.0) || !(place_weight(p, x, offset, at) > 0.0)) return false;
     vec3 normal = oct_decode(p.a.w);
     return slab_holds(p, dot(offset, normal)) && dot(normal, x.s.geometric) > SAME_SURFACE;
 }
@@ -51,7 +50,7 @@ void add_neighbour(inout Estimate sum, Photon p, Point x, float disc2) {
     float density;
     if (disc2 < 0.0) {
         float facing = dot(oct_decode(p.a.w), x.s.geometric);
-        density = abs(uintBitsToFloat(p.d.w)) * facing * place_weight(p, relative_place(p, offset));
+        density = abs(uintBitsToFloat(p.d.w)) * facing * place_weight(p, x, offset, relative_place(p, offset));
     } else {
         float r2 = max(disc2, sqr(KNN_LEAST_RADIUS * longer_semiaxis(p)));
         density = radial_weight(min(distance2(offset) / r2, 1.0)) / (PI * r2);

@@ -79,7 +79,7 @@ Photon disc_photon(vec3 position, vec3 normal, float radius, vec3 flux, vec3 dir
     Photon p;
     p.a = uvec4(floatBitsToUint(position), code);
     p.b = uvec4(floatBitsToUint(flux), oct_encode(direction));
-    p.c = uvec4(floatBitsToUint(t / radius), 0u); // records have no room for a fold
+    p.c = uvec4(floatBitsToUint(t / radius), 0u);
     p.d = uvec4(floatBitsToUint(b / radius), floatBitsToUint(caustic ? -density : density));
     return p;
 }

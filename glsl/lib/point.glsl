@@ -1,5 +1,6 @@
 // A surface point that is looked at, and what a photon is worth there: the one place for density estimation and for
 // connections of light paths to the camera. GLOSSY, SMOOTH_NORMALS, lib/bsdf.glsl and lib/eye_hit.glsl come before.
+#include "lib/boundary.glsl"
 
 // An eye hit, ready for photons.
 struct Point {
@@ -8,6 +9,7 @@ struct Point {
     vec3 factor;        // of the sum over photons
     bool glossy;        // decided by the surface, not by the program: a lean program gives the same bits
     bool smooth_normal;
+    Boundaries boundaries;
 };
 
 Point point_of(EyeHit hit) {
@@ -17,13 +19,16 @@ Point point_of(EyeHit hit) {
     x.glossy = GLOSSY && !is_lambert(x.s);
     x.smooth_normal = SMOOTH_NORMALS && hit.a.w != hit.b.w;
     x.factor = x.glossy ? through : uintBitsToFloat(hit.b.xyz);
+    x.boundaries = boundaries_decode(hit.e, x.s.geometric);
     return x;
 }
 
 // A surface seen from along `to_eye`, with nothing on the way.
 Point point_at(Surface s, vec3 to_eye) {
     bool glossy = GLOSSY && !is_lambert(s);
-    return Point(s, to_eye, glossy ? vec3(1.0) : s.diffuse / PI, glossy, SMOOTH_NORMALS && s.shading != s.geometric);
+    Boundaries none = Boundaries(false, vec3(0.0), vec3(0.0), vec4(0.0));
+    bool smooth_normal = SMOOTH_NORMALS && s.shading != s.geometric;
+    return Point(s, to_eye, glossy ? vec3(1.0) : s.diffuse / PI, glossy, smooth_normal, none);
 }
 
 // What the photon brings to a point where the weight over its footprint is `density` [1/area].

@@ -27,4 +27,5 @@ const uint SALT_RESAMPLING = 0x27d4eb2fu;
 // Sequences that are keyed by pixel or slot, so that they are independent of the camera's and of each other.
 const uint SALT_DIRECT_LIGHT = 0x5bd1e995u; // light samples
 const uint SALT_PATH_TRACING = 0x85ebca6bu; // gathered lobes of path tracing
+const uint SALT_BOUNDARIES = 0x165667b1u;   // directions in which boundaries are sought
 const uint SALT_WALK = 0x57a1cu;            // stochastic walks through lists of photons

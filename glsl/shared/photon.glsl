@@ -37,7 +37,7 @@ uint path_medium(uint material) {
 
 // Stored photon, 64 bytes: four vec4 loads in the gather.
 //   a: position, octahedral normal       b: flux, octahedral direction of travel
-//   c: dual vector u, fold (lib/fold.glsl) d: dual vector v, 1 / area, negative for caustic photons
+//   c: dual vector u, zero                 d: dual vector v, 1 / area, negative for caustic photons
 // Dual vectors measure an offset in units of the footprint's semiaxes.
 //
 // A light vertex, which is connected to the camera, is a photon without a footprint:
@@ -60,14 +60,16 @@ float inverse_longer2(Photon p) {
     return min(dot(u, u), dot(v, v));
 }
 
-// Eye hit, 64 bytes, one per path slot.
+// Eye hit, 80 bytes, one per path slot.
 //   a: position, octahedral geometric normal
 //   b: throughput times diffuse reflectance over pi, octahedral shading normal
 //   c: throughput, halves: GGX alpha (negative: glass), F0 of the coat
 //   d: octahedral direction to the eye, F0 as halves, metallic and F90 of the coat as bytes, triangle and EYE_HIT_BENT
+//   e: boundaries of the surface around it (lib/boundary.glsl), 0 if there are none or nobody looked
 struct EyeHit {
     uvec4 a;
     uvec4 b;
     uvec4 c;
     uvec4 d;
+    uvec4 e;
 };

@@ -129,7 +129,6 @@ fn disc(position: [f32; 3], radius: f32, flux: f32) -> Disc {
         flux: [flux; 3],
         direction: [0.0, -1.0, 0.0],
         caustic: false,
-        fold: None,
     }
 }
 

@@ -6,11 +6,12 @@
 
 pub use super::generated::View;
 use super::generated::{
-    DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade,
-    EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceCamera, TraceCameraBindings, TraceList,
+    DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeBoundaries, EyeBoundariesBindings, EyeBoundariesParams,
+    EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceCamera, TraceCameraBindings, TraceList,
     TraceListBindings, TraceMedium, TraceMediumBindings,
 };
 use super::scene_data::Variant;
+use super::photon::Reach;
 use super::{Items, compact};
 
 pub use crate::constants::AOV_FLOATS;
@@ -323,6 +324,28 @@ pub fn direct(g: &mut Graph, view: View<'_>, v: Variant, choice: LightChoice, ey
     let EyeHits { hits, list, count, args, states, radiance, .. } = eye;
     let samples = LightSamples { count: choice.samples, candidates: choice.candidates, path: None };
     sample_lights(g, view, v, samples, LitHits { list, count, args, hits, states, radiance });
+}
+
+/// Finds the boundaries of the surfaces around the listed hits, as far as footprints reach (glsl/lib/boundary.glsl).
+pub fn boundaries(
+    g: &mut Graph,
+    scene: &SceneBuffers,
+    reach: Reach,
+    (list, count, args): (&Buf<u32>, &Buf<u32>, &Buf<DispatchArgs>),
+    hits: &mut Buf<EyeHit>,
+) {
+    let bind = EyeBoundariesBindings {
+        nodes: &scene.nodes,
+        triangles: &scene.triangles,
+        globals: &scene.globals,
+        pass: &scene.pass,
+        list,
+        count,
+        eye_hits: hits,
+    };
+    let Reach { widest, shrinking, constant } = reach;
+    let params = EyeBoundariesParams { widest, shrinking, constant };
+    g.dispatch(EyeBoundaries, Grid::Indirect(args), params, bind);
 }
 
 /// Samples of lights at each hit.

@@ -15,6 +15,7 @@ use super::eye::{
     SlotList, View,
 };
 use super::gather::Points;
+use super::photon::Reach;
 use super::generated::{
     PathGather, PathGatherBindings, PathHits, PathHitsBindings, PathLayers, PathLayersBindings, PathLayersParams,
     PathScatter, PathScatterBindings,
@@ -55,13 +56,21 @@ pub struct PathLight {
 /// Writes the light of caustic photons at the listed hits: two vectors for a slot, of which the first counts.
 pub type Gather<'a> = dyn FnMut(&mut Graph, Points<'_>, &mut Buf<[f32; 4]>) + 'a;
 
+/// Caustic photons that the paths gather.
+pub struct Caustics<'a, 'b> {
+    /// Writes their light.
+    pub gather: &'a mut Gather<'b>,
+    /// How far their footprints reach, if these are folded at boundaries.
+    pub reach: Option<Reach>,
+}
+
 /// Adds the passes of path tracing; with `caustics` for what photons bring.
 pub fn trace(
     g: &mut Graph,
     view: View<'_>,
     variant: Variant,
     settings: PathSettings,
-    mut caustics: Option<&mut Gather<'_>>,
+    mut caustics: Option<Caustics<'_, '_>>,
 ) -> PathLight {
     let pixels = settings.pixels;
     let max_depth = settings.max_depth.min(MOST_DEPTH);
@@ -77,8 +86,8 @@ pub fn trace(
         if settings.lights.samples > 0 {
             g.scope("direct light", |g| light_samples(g, eye, settings.lights, &list, &mut state));
         }
-        if let Some(gather) = &mut caustics {
-            g.scope("gather", |g| add_caustics(g, eye, *gather, &list, &mut state));
+        if let Some(caustics) = &mut caustics {
+            g.scope("gather", |g| add_caustics(g, eye, caustics, &list, &mut state));
         }
         g.scope("path scatter", |g| scatter(g, eye, &list, &mut state, &mut children));
         if step < eye_settings.max_depth {
@@ -101,7 +110,13 @@ fn light_samples(g: &mut Graph, eye: EyeTrace<'_>, lights: LightChoice, list: &S
 }
 
 /// Adds the light of caustic photons at the hits of this step.
-fn add_caustics(g: &mut Graph, eye: EyeTrace<'_>, gather: &mut Gather<'_>, list: &SlotList, state: &mut EyeState) {
+fn add_caustics(
+    g: &mut Graph,
+    eye: EyeTrace<'_>,
+    caustics: &mut Caustics<'_, '_>,
+    list: &SlotList,
+    state: &mut EyeState,
+) {
     let mut flags = g.buffer("path_hit_flags", list.list.len());
     let bind = PathHitsBindings {
         list: &list.list,
@@ -113,7 +128,11 @@ fn add_caustics(g: &mut Graph, eye: EyeTrace<'_>, gather: &mut Gather<'_>, list:
     let hits = SlotList::select(g, Items::Counted(&list.count), &flags, &list.list, eye.settings.pixels);
     let mut gathered = g.buffer("path_gathered", 2 * eye.settings.pixels);
     g.fill(&mut gathered, 0);
-    gather(g, Points::listed(&state.result.hits, &hits, eye.view.scene), &mut gathered);
+    if let Some(reach) = caustics.reach {
+        let listed = (&hits.list, &hits.count, &hits.args);
+        eye::boundaries(g, eye.view.scene, reach, listed, &mut state.result.hits);
+    }
+    (caustics.gather)(g, Points::listed(&state.result.hits, &hits, eye.view.scene), &mut gathered);
     let bind = PathGatherBindings {
         camera: eye.view.camera,
         list: &hits.list,

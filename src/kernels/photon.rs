@@ -9,8 +9,8 @@ use super::eye::{InFlight, LOCAL, SlotList, trace_list, trace_medium};
 use super::generated::{
     Aabb, Differential, LightAppend, LightAppendBindings, LightAppendParams, Photon, PhotonAdvance,
     PhotonAdvanceBindings, PhotonAdvanceParams, PhotonAppend, PhotonAppendBindings, PhotonAppendParams, PhotonBounce,
-    PhotonBounceBindings, PhotonBounceParams, PhotonEmit, PhotonEmitBindings, PhotonEmitParams, PhotonFold,
-    PhotonFoldBindings, PhotonSort, PhotonSortBindings, TraceList,
+    PhotonBounceBindings, PhotonBounceParams, PhotonEmit, PhotonEmitBindings, PhotonEmitParams, PhotonSort,
+    PhotonSortBindings, TraceList,
 };
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
@@ -54,6 +54,15 @@ pub enum Footprint {
 }
 
 impl Footprint {
+    /// How far footprints reach: the longest semiaxis, `largest` as in [`Emission`].
+    pub fn reach(self, largest: f32) -> Reach {
+        match self {
+            Self::Differential => Reach { widest: largest, ..Reach::default() },
+            Self::Density { min, max } => Reach { shrinking: max.max(min), ..Reach::default() },
+            Self::Fixed(radius) => Reach { constant: radius, ..Reach::default() },
+        }
+    }
+
     /// FOOTPRINT_* of photon_bounce.comp, smallest and largest radius.
     fn code(self, largest: f32) -> (u32, f32, f32) {
         match self {
@@ -62,6 +71,17 @@ impl Footprint {
             Self::Fixed(radius) => (FOOTPRINT_FIXED, radius, radius),
         }
     }
+}
+
+/// The longest semiaxis of footprints: the largest of three, of which others than those in use are 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Reach {
+    /// In lengths by which footprints of a view are limited; it shrinks from pass to pass.
+    pub widest: f32,
+    /// In scene units at the first pass; it shrinks alike.
+    pub shrinking: f32,
+    /// In scene units in every pass.
+    pub constant: f32,
 }
 
 /// What photons leave where they meet a gathering surface.
@@ -228,18 +248,6 @@ fn append(g: &mut Graph, leaves: Leaves, list: &SlotList, left: &Pending, deposi
         overflow: &mut deposits.overflow,
     };
     g.dispatch(PhotonAdvance, Grid::Groups([1, 1]), PhotonAdvanceParams { capacity }, bind);
-}
-
-/// Folds the footprints of all deposits at the boundaries of the surfaces that they lie on (glsl/lib/fold.glsl).
-pub fn fold(g: &mut Graph, scene: &SceneBuffers, deposits: &mut Deposits) {
-    let args = compact::dispatch_args(g, &deposits.count, deposits.photons.len(), LOCAL);
-    let bind = PhotonFoldBindings {
-        nodes: &scene.nodes,
-        triangles: &scene.triangles,
-        count: &deposits.count,
-        photons: &mut deposits.photons,
-    };
-    g.dispatch(PhotonFold, Grid::Indirect(&args), (), bind);
 }
 
 /// The photon map: a BVH over the footprints, photons in leaf order.

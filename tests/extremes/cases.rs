@@ -204,7 +204,7 @@ fn case_36_ties() {
 #[test]
 fn case_37_wall() {
     passes(37);
-    proof::by_answer(&["photon_fold"]);
+    proof::by_answer(&["eye_boundaries"]);
 }
 
 #[test]

@@ -70,7 +70,6 @@ fn seen(random: &mut Random, camera: &Camera, photons: usize, radii: [f32; 2]) -
                 flux: [1.0, random.unit(), random.unit()],
                 direction: normal.map(|x| -x),
                 caustic: i % 3 == 0,
-                fold: None,
             }
         })
         .collect();
@@ -257,7 +256,6 @@ fn hidden_photons_are_not_looked_at() {
         flux: [1.0; 3],
         direction: camera.forward.map(|x| -x),
         caustic: false,
-        fold: None,
     };
     let (visible, behind): (Vec<Disc>, Vec<Disc>) =
         (hits.iter().map(disc).collect(), hidden.iter().map(disc).collect());
@@ -308,7 +306,6 @@ fn many_photons_at_one_place() {
         flux: [1.0; 3],
         direction: camera.forward,
         caustic: false,
-        fold: None,
     };
     let program = lambert(&harness, Weight::Constant);
     for shape in [Shape::Polygon(6), Shape::Icosahedron] {

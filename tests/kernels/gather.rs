@@ -171,7 +171,6 @@ fn a_million_photons_at_one_place() {
         flux: [1.0, 2.0, 0.5],
         direction: [0.0, -1.0, 0.0],
         caustic: false,
-        fold: None,
     };
     let discs = vec![disc; MILLION];
     let hits = [[0.5, 0.0, 0.5], [0.6, 0.0, 0.5], [0.9, 0.0, 0.5]].map(|p| lambert_hit(p, [0.0, 1.0, 0.0], [1.0; 3]));
@@ -241,7 +240,6 @@ fn case_32_extent_over_radius_of_1e13() {
                 flux: [random.unit(), 1.0, 0.5],
                 direction: [0.0, -1.0, 0.0],
                 caustic: false,
-                fold: None,
             };
             discs.extend([disc, Disc { flux: [0.5, 1.0, 2.0], caustic: true, ..disc }]);
         }
@@ -287,7 +285,6 @@ fn case_38_edge_of_a_lit_plane() {
             flux: [1.0 / PHOTONS as f32; 3],
             direction: [0.0, -1.0, 0.0],
             caustic: false,
-            fold: None,
         };
         let discs: Vec<Disc> = (0..PHOTONS).map(disc).collect();
         let row = |x: f32| (1..10).map(move |k| lambert_hit([x, 0.0, 0.1 * k as f32], [0.0, 1.0, 0.0], [1.0; 3]));

@@ -92,7 +92,7 @@ fn the_comparison_notices_another_k() {
 
 fn floor(position: [f32; 3], up: f32, radius: f32) -> Disc {
     let (normal, direction) = ([0.0, up, 0.0], [0.0, -up, 0.0]);
-    Disc { position, normal, radii: [radius; 2], flux: [1.0, 2.0, 0.5], direction, caustic: false, fold: None }
+    Disc { position, normal, radii: [radius; 2], flux: [1.0, 2.0, 0.5], direction, caustic: false }
 }
 
 /// Photons at random on the unit square, seen well inside of it: the mean estimate is the irradiance, whatever k.

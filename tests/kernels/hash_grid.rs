@@ -165,7 +165,6 @@ fn disc(position: [f32; 3], radius: f32, random: &mut Random) -> Disc {
         flux: [random.unit(), random.unit(), random.unit()],
         direction: [0.0, -1.0, 0.0],
         caustic: random.unit() < 0.4,
-        fold: None,
     }
 }
 

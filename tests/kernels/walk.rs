@@ -43,7 +43,6 @@ fn pile(photons: usize) -> Vec<Disc> {
         flux: [1.0 + (i % 13) as f32, 1.0, 0.5],
         direction: [0.0, -1.0, 0.0],
         caustic: false,
-        fold: None,
     };
     (0..photons).map(disc).collect()
 }

@@ -172,9 +172,9 @@ pub fn difference(found: &[Light], expected: &[[[f64; 3]; 2]], tolerance: f64) -
 }
 
 /// Photons of one radius or of many on the floor y = 0 of the unit square and on a wall beside it, with hits among
-/// them.
+/// them, a third of which have boundaries.
 pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2]) -> (Vec<Disc>, Vec<EyeHit>) {
-    use nephroid::low_level::kernels::gather::reference::lambert_hit;
+    use nephroid::low_level::kernels::gather::reference::{BOUNDARY_FAR, Boundaries, lambert_hit};
     let mut random = Random(7);
     let place = |r: &mut Random| {
         let (u, v, wall) = (r.unit(), r.unit(), r.unit() < 0.3);
@@ -187,13 +187,15 @@ pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2
             let towards = (0..3).map(|k| direction[k] * normal[k]).sum::<f32>();
             let direction = if towards > 0.0 { direction.map(|x| -x) } else { direction };
             let flux = [random.unit(), random.unit(), random.unit()];
-            let fold = (i % 5 == 1).then(|| ([0.6, -0.8], random.unit() * 0.9));
-            Disc { position, normal, radii: radius(&mut random), flux, direction, caustic: i % 3 == 0, fold }
+            Disc { position, normal, radii: radius(&mut random), flux, direction, caustic: i % 3 == 0 }
         })
         .collect();
-    let hits = (0..hits).map(|_| {
+    let hits = (0..hits).map(|i| {
         let (position, normal) = place(&mut random);
-        lambert_hit(position, normal, [0.3, 0.2, 0.1])
+        let across = if normal[0] == 0.0 { [0.6, 0.0, -0.8] } else { [0.0, 0.8, 0.6] };
+        let reach = [0, 1, 2, 3].map(|k| if (i / 3 >> k) & 1 == 1 { 0.4 * random.unit() } else { BOUNDARY_FAR });
+        let e = if i % 3 == 0 { Boundaries { across, reach, unit: 0.5 }.stored() } else { [0; 4] };
+        EyeHit { e, ..lambert_hit(position, normal, [0.3, 0.2, 0.1]) }
     });
     (discs, hits.collect())
 }

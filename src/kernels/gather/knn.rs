@@ -131,7 +131,8 @@ pub fn knn_by_digits(
                 keys: &mut keys,
             };
             let params = KnnSelectParams { first, most: WINDOW, digit };
-            g.dispatch(KnnSelect { neighbours: k }, Grid::Indirect(points.args), params, bind);
+            let kernel = KnnSelect { neighbours: k, weight: program.weight.code() };
+            g.dispatch(kernel, Grid::Indirect(points.args), params, bind);
         }
     }
     for first in windows() {

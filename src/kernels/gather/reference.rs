@@ -2,7 +2,8 @@
 //! it.
 
 use super::Weight;
-use crate::constants::{FOLD, SAME_SURFACE, SLAB};
+pub use crate::constants::BOUNDARY_FAR;
+use crate::constants::{SAME_SURFACE, SLAB};
 use crate::kernels::generated::{Aabb, EyeHit, Photon};
 
 /// A photon with an elliptic footprint.
@@ -20,8 +21,27 @@ pub struct Disc {
     pub direction: [f32; 3],
     /// Focused by mirrors or glass.
     pub caustic: bool,
-    /// Boundary: a unit vector and a distance below 1, both in units of the semiaxes.
-    pub fold: Option<([f32; 2], f32)>,
+}
+
+/// Boundaries of the surface around a hit (glsl/lib/boundary.glsl).
+#[derive(Debug, Clone, Copy)]
+pub struct Boundaries {
+    /// Unit vector in the surface, at right angles to its normal.
+    pub across: [f32; 3],
+    /// Distances towards `across` and against it, towards the normal's cross product with it and against that, in units
+    /// of `unit`; [`BOUNDARY_FAR`] for none.
+    pub reach: [f32; 4],
+    /// In scene units.
+    pub unit: f32,
+}
+
+impl Boundaries {
+    /// As they are stored. Distances lose all but ten binary digits.
+    pub fn stored(&self) -> [u32; 4] {
+        let half = |x: f32| (x.to_bits() >> 13) - (112 << 10);
+        let [a, b, c, d] = self.reach.map(half);
+        [oct_encode(self.across), a | b << 16, c | d << 16, self.unit.to_bits()]
+    }
 }
 
 impl Disc {
@@ -36,7 +56,7 @@ impl Disc {
         let photon = Photon {
             a: words(self.position, oct_encode(self.normal)),
             b: words(self.flux, oct_encode(self.direction)),
-            c: words(t.map(|x| x / u), self.fold.map_or(0, |(n, reach)| fold_encode(n, reach))),
+            c: words(t.map(|x| x / u), 0),
             d: words(b.map(|x| x / v), if self.caustic { -density } else { density }.to_bits()),
         };
         let extent: [f32; 3] = std::array::from_fn(|k| (t[k] * u).hypot(b[k] * v) + SLAB * longer * normal[k].abs());
@@ -45,11 +65,12 @@ impl Disc {
     }
 }
 
-/// A hit on a Lambert surface; `factor` is throughput times reflectance over pi.
+/// A hit on a Lambert surface without boundaries; `factor` is throughput times reflectance over pi.
 pub fn lambert_hit(position: [f32; 3], normal: [f32; 3], factor: [f32; 3]) -> EyeHit {
     let words = |v: [f32; 3], w: u32| [v[0].to_bits(), v[1].to_bits(), v[2].to_bits(), w];
     let n = oct_encode(normal);
-    EyeHit { a: words(position, n), b: words(factor, n), c: words([1.0; 3], 1f32.to_bits()), d: [n, 0, 0, 0] }
+    let (a, b, c) = (words(position, n), words(factor, n), words([1.0; 3], 1f32.to_bits()));
+    EyeHit { a, b, c, d: [n, 0, 0, 0], e: [0; 4] }
 }
 
 /// Gathered radiance of each hit from all photons: caustic, then other light.
@@ -79,36 +100,44 @@ pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     if !covers {
         return 0.0;
     }
-    let folded = match fold_decode(photon.c[3]) {
-        None => shape(weight, r2),
-        Some((n, reach)) => {
-            let beyond = at[0] * n[0] + at[1] * n[1] - reach;
-            let image: f64 = (0..2).map(|k| (at[k] - 2.0 * beyond * n[k]).powi(2)).sum();
-            let back = if image < 1.0 { shape(weight, image) } else { 0.0 };
-            if beyond > 0.0 { 0.0 } else { shape(weight, r2) + back }
-        }
-    };
+    let folded = if hit.e[3] == 0 { shape(weight, r2) } else { folded(hit, photon, offset, weight) };
     float(photon.d[3]).abs() * facing * folded
+}
+
+/// Weight of a photon between the boundaries of a hit, over the weight that is constant: its footprint is made as narrow
+/// as two boundaries are apart, and each boundary adds a mirror image.
+fn folded(hit: &EyeHit, photon: &Photon, offset: [f64; 3], weight: Weight) -> f64 {
+    let across = oct_decode(hit.e[0]);
+    let axes = [across, cross(oct_decode(hit.a[3]), across)];
+    let unit = float(hit.e[3]);
+    let reach = [[hit.e[1] & 0xffff, hit.e[1] >> 16], [hit.e[2] & 0xffff, hit.e[2] >> 16]];
+    let reach = reach.map(|side| side.map(|bits| unit * f64::from(f32::from_bits((bits << 13) + (112 << 23)))));
+    let place = axes.map(|axis| -dot(offset, axis));
+    if (0..2).any(|k| place[k] > reach[k][0] || -place[k] > reach[k][1]) {
+        return 0.0;
+    }
+    let dual = [&photon.c, &photon.d].map(|words| [0, 1, 2].map(|k| float(words[k])));
+    let mut narrowed = offset;
+    let (mut images, mut narrower) = (vec![[0.0; 2]], 1.0);
+    for k in 0..2 {
+        let semiaxes = dual.map(|u| dot(u, axes[k]) / dot(u, u));
+        let half_width = semiaxes[0].hypot(semiaxes[1]);
+        let factor = (half_width / (reach[k][0] + reach[k][1])).max(1.0);
+        (0..3).for_each(|i| narrowed[i] -= axes[k][i] * place[k] * (factor - 1.0));
+        narrower *= factor;
+        let shifts = [0.0, reach[k][0], -reach[k][1]].map(|d| 2.0 * factor * d / half_width.powi(2));
+        let shifted = |from: &[f64; 2]| shifts.map(|s| [from[0] + s * semiaxes[0], from[1] + s * semiaxes[1]]);
+        images = images.iter().flat_map(shifted).collect();
+    }
+    let at = dual.map(|u| dot(u, narrowed));
+    let seen = |image: &[f64; 2]| (at[0] + image[0]).powi(2) + (at[1] + image[1]).powi(2);
+    images.iter().map(seen).filter(|r2| *r2 < 1.0).map(|r2| shape(weight, r2)).sum::<f64>() * narrower
 }
 
 /// Longer semiaxis of a photon's footprint.
 pub(super) fn longer_semiaxis(photon: &Photon) -> f64 {
     let square = |words: &[u32; 4]| (0..3).map(|k| float(words[k]).powi(2)).sum::<f64>();
     square(&photon.c).min(square(&photon.d)).sqrt().recip()
-}
-
-/// A boundary as it is stored (fold_encode of glsl/lib/fold.glsl).
-pub fn fold_encode(n: [f32; 2], reach: f32) -> u32 {
-    let [x, y] = n.map(|x| ((x * 511.0).round() + 512.0) as u32);
-    FOLD | ((reach * 2048.0) as u32).min(2047) << 20 | x << 10 | y
-}
-
-fn fold_decode(fold: u32) -> Option<([f64; 2], f64)> {
-    let component = |shift: u32| f64::from((fold >> shift) & 1023) - 512.0;
-    let (x, y) = (component(10), component(0));
-    let length = x.hypot(y);
-    let reach = (f64::from((fold >> 20) & 2047) + 0.5) / 2048.0;
-    (fold & FOLD != 0).then_some(([x / length, y / length], reach))
 }
 
 /// Weight at the squared relative radius `r2` <= 1, over the weight that is constant.
@@ -126,6 +155,10 @@ pub(super) fn float(word: u32) -> f64 {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Two unit vectors at right angles to a unit normal and to each other.
@@ -178,7 +211,6 @@ mod tests {
                 flux: [1.0; 3],
                 direction: [0.0, 0.0, -1.0],
                 caustic: false,
-                fold: None,
             };
             let (photon, _) = disc.stored();
             for weight in [Weight::Constant, Weight::Cone, Weight::Epanechnikov] {
@@ -195,6 +227,32 @@ mod tests {
                 // The slab of half a longer semiaxis cuts the tilted plane at tan(0.5) = 0.546: only its rim.
                 let expected = if tilt == 0.0 { 1.0 } else { 0.99 };
                 assert!((integral - expected).abs() < 0.012, "{weight:?} tilted by {tilt}: {integral}");
+            }
+        }
+    }
+
+    /// Even light is even between boundaries: photons everywhere in a strip or a corner bring a hit there as much as they
+    /// do far from any boundary, if their footprints are round; those beyond bring nothing.
+    #[test]
+    fn boundaries_keep_even_light_even() {
+        let far = BOUNDARY_FAR;
+        let lines = [[0.25, far, far, far], [0.25, 0.125, far, far], [0.5, far, 0.125, far], [0.125; 4]];
+        for reach in lines {
+            let boundaries = Boundaries { across: [0.6, 0.8, 0.0], reach, unit: 2.0 };
+            let hit = EyeHit { e: boundaries.stored(), ..lambert_hit([0.0; 3], [0.0, 0.0, 1.0], [1.0; 3]) };
+            for weight in [Weight::Constant, Weight::Cone, Weight::Epanechnikov] {
+                let (steps, cell) = (300, 2.2f32 / 300.0);
+                let mut sum = 0.0;
+                for i in 0..steps * steps {
+                    let at = |k: i32| (k as f32 + 0.5) * cell - 1.1;
+                    let position = [at(i % steps), at(i / steps), 0.0];
+                    let normal = [0.0, 0.0, 1.0];
+                    let direction = [0.0, 0.0, -1.0];
+                    let disc = Disc { position, normal, radii: [1.0; 2], flux: [1.0; 3], direction, caustic: false };
+                    sum += density(&hit, &disc.stored().0, weight);
+                }
+                let even = sum * f64::from(cell * cell);
+                assert!((even - 1.0).abs() < 0.02, "{weight:?} within {reach:?}: {even}");
             }
         }
     }

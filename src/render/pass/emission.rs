@@ -6,18 +6,14 @@ use crate::graph::Graph;
 use crate::kernels::deposits::Deposits;
 use crate::kernels::photon::{self, Emission};
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::render::settings::Record;
 
-/// Photons with their footprints, folded at walls where the settings say so; `None` if the budget has none.
+/// Photons with their footprints; `None` if the budget has none.
 pub fn photons(g: &mut Graph, content: Content<'_>, buffers: &SceneBuffers, budget: &PhotonBudget) -> Option<Deposits> {
     if budget.emissions.is_empty() {
         return None;
     }
     let mut store = Deposits::new(g, budget.capacity);
     trace_classes(g, (buffers, content.device.variant), budget, photon::trace, &mut store);
-    if content.settings.fold && content.settings.record == Record::Full {
-        g.scope("boundaries", |g| photon::fold(g, buffers, &mut store));
-    }
     Some(store)
 }
 

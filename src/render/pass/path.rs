@@ -4,7 +4,7 @@
 use super::budget::PhotonBudget;
 use super::content::Content;
 use super::estimator;
-use super::photons::Stored;
+use super::photons::{self, Stored};
 use super::transport::{BandLight, BandView, Transport};
 use crate::graph::{Buf, Graph};
 use crate::kernels::deposits::Deposits;
@@ -42,7 +42,8 @@ impl Transport for EyePaths {
         let mut gather = self.0.as_mut().map(|stored| {
             move |g: &mut Graph, points: Points<'_>, target: &mut Buf<[f32; 4]>| stored.estimate(g, at, points, target)
         });
-        let caustics = gather.as_mut().map(|gather| gather as &mut path::Gather<'_>);
+        let reach = photons::fold_reach(at.content);
+        let caustics = gather.as_mut().map(|gather| path::Caustics { gather, reach });
         let paths = g.scope("paths", |g| path::trace(g, at.view(), device.variant, path_settings, caustics));
         let PathLight { radiance, gathered, aov_first, truncated } = paths;
         BandLight { radiance, gathered, aov_first, truncated }

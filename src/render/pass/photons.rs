@@ -8,10 +8,11 @@ use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
 use crate::graph::{Buf, Graph};
 use crate::kernels::deposits::Deposits;
-use crate::kernels::eye::EyeHits;
+use crate::kernels::eye::{self as look, EyeHits};
 use crate::kernels::gather::{Band, Points, Program};
-use crate::kernels::photon::PhotonMap;
+use crate::kernels::photon::{PhotonMap, Reach};
 use crate::kernels::scene_data::SceneBuffers;
+use crate::render::settings::Settings;
 
 /// The photons of a pass and what the estimator built from them; `None` without photons.
 pub struct Photons(Option<Stored>);
@@ -36,8 +37,12 @@ impl Photons {
 
 impl Transport for Photons {
     fn band(&mut self, g: &mut Graph, at: BandView<'_>) -> BandLight {
-        let (hits, mut gathered) = eye::look(g, at);
+        let (mut hits, mut gathered) = eye::look(g, at);
         if let Some(stored) = &mut self.0 {
+            if let Some(reach) = fold_reach(at.content) {
+                let EyeHits { hits, list, count, args, .. } = &mut hits;
+                g.scope("boundaries", |g| look::boundaries(g, at.buffers, reach, (list, count, args), hits));
+            }
             gathered = g.scope("gather", |g| stored.gather(g, at, &hits, gathered));
         }
         BandLight::of(hits, gathered)
@@ -78,6 +83,12 @@ impl Stored {
         let sampling = at.content.settings.sampling;
         sampling.apply(g, points, gathered, |g, some, target| self.estimate(g, at, some, target))
     }
+}
+
+/// How far footprints reach that are folded at boundaries; `None` if the settings want none of this.
+pub fn fold_reach(content: Content<'_>) -> Option<Reach> {
+    let Settings { fold, footprint, largest_footprint, .. } = *content.settings;
+    fold.then(|| footprint.reach(largest_footprint))
 }
 
 fn band_of(at: BandView<'_>) -> Band<'_> {
