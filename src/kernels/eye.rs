@@ -7,11 +7,11 @@
 pub use super::generated::View;
 use super::generated::{
     DirectLight, DirectLightBindings, EYE_SHADE_INFO, EyeBoundaries, EyeBoundariesBindings, EyeBoundariesParams,
-    EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers, TraceCamera, TraceCameraBindings, TraceList,
-    TraceListBindings, TraceMedium, TraceMediumBindings,
+    EyeGenerate, EyeGenerateBindings, EyeHit, EyeShade, EyeShadeBindings, ListSelect, ListSelectBindings, SceneBuffers,
+    TraceCamera, TraceCameraBindings, TraceList, TraceListBindings, TraceMedium, TraceMediumBindings,
 };
-use super::scene_data::Variant;
 use super::photon::Reach;
+use super::scene_data::Variant;
 use super::{Items, compact};
 
 pub use crate::constants::AOV_FLOATS;

@@ -15,11 +15,11 @@ use super::eye::{
     SlotList, View,
 };
 use super::gather::Points;
-use super::photon::Reach;
 use super::generated::{
     PathGather, PathGatherBindings, PathHits, PathHitsBindings, PathLayers, PathLayersBindings, PathLayersParams,
     PathScatter, PathScatterBindings,
 };
+use super::photon::Reach;
 use super::scene_data::Variant;
 use crate::constants::PATH_DEPTH_MASK;
 use crate::graph::{Buf, Graph, Grid};

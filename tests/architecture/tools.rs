@@ -275,7 +275,8 @@ fn a_failing_test_ends_the_run_with_its_output() {
     let (before, _) = text.rsplit_once("\n\npassed  format").expect("the closing");
     let last: Vec<&str> = before.lines().rev().take(4).collect();
     assert!(last[0] == "test f ... FAILED" && last[1].ends_with("(signal: 11, SIGSEGV)"), "{last:?}");
-    let log = text.lines().last().and_then(|line| line.rsplit(' ').next()).expect("a last line");
+    let said = text.lines().rfind(|line| line.starts_with("FAILED: "));
+    let log = said.and_then(|line| line.rsplit(' ').next()).expect("where the log is");
     assert!(fs::read_to_string(log).expect("a log").contains("noise"), "the log is kept: {log}");
 }
 
@@ -296,8 +297,10 @@ fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
             "the library alone",
             "build",
             "tests",
+            "examples in the documentation",
             "kernels, subgroups of 4",
             "kernels, subgroups of 16",
+            "tests of whole renders",
             "damaged files, two minutes",
             "examples",
         ],
@@ -307,6 +310,10 @@ fn a_run_of_all_tests_builds_before_and_checks_modules_after() {
     assert!(text.contains("FAILED: spirv-val"), "{text}");
     let (code, text) = machine.test(&[], &CARGO.replace("case \"$*\" in", "case \"$*\" in\n    *fuzz*) exit 7 ;;"));
     assert!(code == Some(1) && text.contains("FAILED: damaged files, two minutes"), "{text}");
+    let failing = CARGO.replace("case \"$*\" in", "case \"$*\" in\n    *'--test render'*) echo broken; exit 7 ;;");
+    let (code, text) = machine.test(&[], &failing);
+    let said = text.contains("\nbroken\n") && text.contains("FAILED: tests of whole renders (exit code 1)");
+    assert!(code == Some(1) && said, "{text}");
     let (code, text) = machine.test(&[], &CARGO.replace("echo picture >", "echo "));
     assert!(code == Some(1) && text.contains("FAILED: examples"), "an example that draws nothing: {text}");
 }

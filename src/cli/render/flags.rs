@@ -221,7 +221,7 @@ pub struct LightArgs {
     )]
     pub largest_footprint: Option<f32>,
 
-    /// Let footprints reach over the edges where walls meet: darker edges, and light that leaks under thin walls
+    /// Let footprints reach beyond walls and edges: dark outlines, and light that leaks through walls
     #[arg(long, hide_short_help = true)]
     pub no_fold: bool,
 

@@ -104,8 +104,8 @@ pub fn density(hit: &EyeHit, photon: &Photon, weight: Weight) -> f64 {
     float(photon.d[3]).abs() * facing * folded
 }
 
-/// Weight of a photon between the boundaries of a hit, over the weight that is constant: its footprint is made as narrow
-/// as two boundaries are apart, and each boundary adds a mirror image.
+/// Weight of a photon between the boundaries of a hit, over the weight that is constant: its footprint is made as
+/// narrow as two boundaries are apart, and each boundary adds a mirror image.
 fn folded(hit: &EyeHit, photon: &Photon, offset: [f64; 3], weight: Weight) -> f64 {
     let across = oct_decode(hit.e[0]);
     let axes = [across, cross(oct_decode(hit.a[3]), across)];
@@ -231,8 +231,8 @@ mod tests {
         }
     }
 
-    /// Even light is even between boundaries: photons everywhere in a strip or a corner bring a hit there as much as they
-    /// do far from any boundary, if their footprints are round; those beyond bring nothing.
+    /// Even light is even between boundaries: photons everywhere in a strip or a corner bring a hit there as much as
+    /// they do far from any boundary, if their footprints are round; those beyond bring nothing.
     #[test]
     fn boundaries_keep_even_light_even() {
         let far = BOUNDARY_FAR;

@@ -54,8 +54,7 @@ pub struct Settings {
     pub footprint: Footprint,
     /// Largest semiaxis of a footprint by photon differentials, 0.0001 to 1 scene radii at the first pass.
     pub largest_footprint: f32,
-    /// Whether footprints end at walls that stand on their surface, so that their light is reflected back. Packed
-    /// records have no room for the walls, and their footprints never end there.
+    /// Whether footprints end where their surface does, at walls and at edges, so that their light is reflected back.
     pub fold: bool,
     /// How photons are stored for the gather.
     pub record: Record,
