@@ -13,8 +13,8 @@ use super::accumulate::{Film, LAYER_SUMS, PassSet, SUMS};
 use super::exact::ExactSum;
 use crate::constants::FILM_SQUARES;
 
-/// A number of passes of either method that follow each other, spread evenly; the first of all is of the method that
-/// has more.
+/// A number of passes of either method that follow each other: spread evenly, the first of all of the method that has
+/// more, or one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Round {
     /// Of the first method.
@@ -27,6 +27,13 @@ impl Round {
     /// Passes of both methods.
     pub const fn passes(self) -> u64 {
         self.first as u64 + self.second as u64
+    }
+
+    /// Of the first `index` passes of a single round, of which those of the first method come first, how many are of
+    /// either method.
+    fn below_in_order(self, index: u64) -> [u64; 2] {
+        let firsts = index.min(u64::from(self.first));
+        [firsts, index - firsts]
     }
 
     /// Of the first `index` passes of a sequence of such rounds, how many are of either method.
@@ -42,7 +49,7 @@ impl Round {
 /// and so what follows ([`super::shares`]); those up to [`Turns::SECOND_LOOK`] tell more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Turns {
-    /// The first passes; some of either method.
+    /// The first passes: those of the first method, then those of the second.
     pub opening: Round,
     /// Work of the first pass of either method, in any unit; 0 before there is one.
     #[serde(default)]
@@ -57,7 +64,7 @@ pub struct Turns {
 
 impl Turns {
     /// Passes before what is repeated from then on is chosen.
-    pub const SECOND_LOOK: u64 = 40;
+    pub const SECOND_LOOK: u64 = 24;
     /// Most passes of a round.
     const LONGEST_ROUND: u64 = 1 << 20;
 
@@ -96,7 +103,8 @@ impl Turns {
         let (mut sums, mut begin) = ([0, 0], 0);
         for (end, round) in ends.into_iter().zip([Some(self.opening), self.then, self.at_last]) {
             if index > begin {
-                let counts = round.expect("the turn is known").below(index.min(end) - begin);
+                let (round, index) = (round.expect("the turn is known"), index.min(end) - begin);
+                let counts = if begin == 0 { round.below_in_order(index) } else { round.below(index) };
                 sums = [sums[0] + counts[0], sums[1] + counts[1]];
             }
             begin = end;
@@ -199,10 +207,10 @@ pub struct Mixed {
 /// What both methods show of a pixel; sums over channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Compared {
-    /// Variances of the means of both; infinite for fewer than two passes.
+    /// Variances of the means of both; infinite for fewer than two passes, but see [`compared`].
     pub variances: [f64; 2],
-    /// Squared difference of both means.
-    pub difference: f64,
+    /// The mean of the second less that of the first, per channel.
+    pub apart: [f64; 3],
     /// Means of both over the root of 3: the root of the sum of squares for grey.
     pub means: [f64; 2],
 }
@@ -212,9 +220,15 @@ impl Compared {
     pub fn mean(&self) -> f64 {
         0.5 * (self.means[0] + self.means[1])
     }
+
+    /// Squared difference of both means.
+    pub fn difference(&self) -> f64 {
+        self.apart.iter().map(|x| x * x).sum()
+    }
 }
 
 /// For each pixel what both methods show; `None` for films of one method, and for those with no passes of one of them.
+/// The variances of a single pass of the second method are told by neighbours, if the first has more passes.
 pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
     let mix = film.mix.as_ref()?;
     let unit = 2f64.powi(film.exponents[0]);
@@ -227,11 +241,28 @@ pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
         Compared {
             variances: [sum(&|k| p.variance[k]), sum(&|k| t.variance[k])],
-            difference: sum(&|k| (p.mean[k] - t.mean[k]).powi(2)),
+            apart: [0, 1, 2].map(|k| t.mean[k] - p.mean[k]),
             means: [&p, &t].map(|estimate| estimate.mean.iter().sum::<f64>() / 3f64.sqrt()),
         }
     };
-    Some(film.sums.iter().zip(&mix.sums).map(of).collect())
+    let mut pixels: Vec<Compared> = film.sums.iter().zip(&mix.sums).map(of).collect();
+    if first > 1 && second == 1 {
+        from_neighbours(&mut pixels, film.width as usize);
+    }
+    Some(pixels)
+}
+
+/// The variances of a single pass of the second method: from how far what is between both methods differs from pixel to
+/// pixel. The first has little noise, and most of that in common with its neighbours; what is seen is the same in both.
+fn from_neighbours(pixels: &mut [Compared], width: usize) {
+    let apart: Vec<[f64; 3]> = pixels.iter().map(|pixel| pixel.apart).collect();
+    let half_square = |i: usize, k: usize| (0..3).map(|c| (apart[i][c] - apart[k][c]).powi(2)).sum::<f64>() / 2.0;
+    let count = apart.len();
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        let right = if (i + 1) % width != 0 { i + 1 } else { i.saturating_sub(1) };
+        let below = if i + width < count { i + width } else { i.saturating_sub(width) };
+        pixel.variances[1] = 0.5 * (half_square(i, right) + half_square(i, below));
+    }
 }
 
 /// What counts against the value of a pixel, as a part of the squared mean of the picture: differences between dark
@@ -259,6 +290,20 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
         let weight = if second > 0 { 1.0 } else { 0.0 };
         return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
     };
+    let few = few_passes(film);
+    let (windows, scales) = windows(&pixels, film.width as usize);
+    let best = windows.into_iter().map(|[p, t, difference, mean]| best([p, t * few, difference, mean]));
+    best.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
+}
+
+/// By how much the variance of the second method counts more than its passes tell.
+fn few_passes(film: &Film) -> f64 {
+    1.0 + FEW_PASSES / (film.split_passes()[1].count() as f64).powi(2)
+}
+
+/// Around each pixel, over a window: variances of both methods, squared difference, mean of the second, relative to what
+/// is there; and what they are relative to.
+fn windows(pixels: &[Compared], width: usize) -> (Vec<[f64; 4]>, Vec<f64>) {
     // Relative to what is there, or a window would tell of its brightest pixel and of nothing else; to the lesser of
     // both, so that a rare bright sample does not hide behind itself.
     let mean = pixels.iter().map(Compared::mean).sum::<f64>() / pixels.len() as f64;
@@ -267,14 +312,71 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
         (p.min(t).max(0.0).powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)
     };
     let scales: Vec<f64> = pixels.iter().map(scale).collect();
-    let few = 1.0 + FEW_PASSES / (film.split_passes()[1].count() as f64).powi(2);
     let relative = |(pixel, scale): (&Compared, &f64)| {
-        let Compared { variances: [p, t], difference, means: [_, second] } = *pixel;
-        [p / scale, t / scale * few, difference / scale, second / scale.sqrt()]
+        let Compared { variances: [p, t], means: [_, second], .. } = *pixel;
+        [p / scale, t / scale, pixel.difference() / scale, second / scale.sqrt()]
     };
-    let relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(relative).collect();
-    let windows = blurred(&relative, film.width as usize).into_iter().map(best);
-    windows.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
+    let mut relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(relative).collect();
+    temper(&mut relative, width);
+    (blurred(&relative, width), scales)
+}
+
+/// What a pixel's variance by the first method may be above the square of the mean of roots around it.
+const OUTLIER: f64 = 4.0;
+
+/// Lessens what single pixels say where the first method has far more noise than around them: the edge of a lamp would
+/// speak for the wall beside it. The second method is not asked, as rare bright samples are what its noise is made of.
+fn temper(relative: &mut [[f64; 4]], width: usize) {
+    let roots: Vec<[f64; 1]> = relative.iter().map(|[p, ..]| [p.sqrt()]).collect();
+    for (pixel, [root]) in relative.iter_mut().zip(blurred(&roots, width)) {
+        let most = OUTLIER * root * root;
+        if pixel[0].is_finite() && pixel[0] > most {
+            let part = most / pixel[0];
+            (0..3).for_each(|k| pixel[k] *= part);
+        }
+    }
+}
+
+/// Around each pixel, over a window: variances of the means of both methods and squared bias of the first, relative to
+/// what is there, as relative errors are defined in `crate::compare::metrics`, without the pixels of most noise. `None`
+/// as of [`compared`], for a black picture, or where a variance is not known.
+pub(super) fn local(film: &Film) -> Option<Vec<[f64; 3]>> {
+    let pixels = compared(film)?;
+    let width = film.width as usize;
+    let mut relative = relative_to_means(&pixels, width)?;
+    let mut noises: Vec<f64> = relative.iter().map(|[p, t, ..]| p + t).collect();
+    if noises.iter().any(|noise| !noise.is_finite()) {
+        return None;
+    }
+    noises.sort_unstable_by(f64::total_cmp);
+    let most = noises[noises.len() - 1 - (noises.len() as f64 * LEFT_OUT) as usize];
+    for pixel in relative.iter_mut().filter(|[p, t, ..]| p + t > most) {
+        *pixel = [0.0; 4];
+    }
+    temper(&mut relative, width);
+    let few = few_passes(film);
+    let bias = |[p, t, difference, mean]: [f64; 4]| [p, t, 3.0 * best([p, t * few, difference, mean]).squared_bias];
+    Some(blurred(&relative, width).into_iter().map(bias).collect())
+}
+
+/// Part of the pixels that is left out, as of the errors of pictures: those with the most noise.
+pub(super) const LEFT_OUT: f64 = 1e-3;
+
+/// For each pixel the variances of both methods, the squared difference and the mean of the second, relative to the mean
+/// of a window: its square has next to no noise, which a mean of squares has. `None` for a black picture.
+pub(super) fn relative_to_means(pixels: &[Compared], width: usize) -> Option<Vec<[f64; 4]>> {
+    let own: Vec<[f64; 1]> = pixels.iter().map(|pixel| [pixel.mean()]).collect();
+    let means = blurred(&own, width);
+    let mean = own.iter().map(|[mean]| mean).sum::<f64>() / own.len() as f64;
+    if mean.is_nan() || mean <= 0.0 {
+        return None;
+    }
+    let relative = |(pixel, [at]): (&Compared, &[f64; 1])| {
+        let scale = at * at + 0.01 * mean * mean;
+        let [p, t] = pixel.variances;
+        [p / scale, t / scale, pixel.difference() / scale, pixel.means[1] / scale.sqrt()]
+    };
+    Some(pixels.iter().zip(&means).map(relative).collect())
 }
 
 /// The best weight for these variances, this squared difference, and this mean of the second method. Where a single

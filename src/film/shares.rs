@@ -6,21 +6,18 @@
 //! for sure: over the whole picture a bias of a hundredth of the noise is seen.
 //!
 //! With t times the passes, the squared error of the first method is v_p t^(-2/3) + b^2 (its footprints shrink, Knaus
-//! and Zwicker 2011; its bias is taken to stay, as it does at edges), that of the second v_t / t. What counts is the
-//! ratio of both after eight times the opening, for an equal part of the work. Where it is about one, each method is
-//! the better one at some places or at some times, and half of the work for each is never far from the best. A method
-//! that is far behind gets less, but for a sixteenth that the other one is checked by; nothing, if it is the first, as
-//! nothing can be learnt from it. But light that the second has not found makes it look good: where the first shows
-//! more light for sure, it keeps half of the work.
+//! and Zwicker 2011; its bias is taken to stay, as it does at edges), that of the second v_t / t, and that of the
+//! picture, which takes from both by these, the product over the sum. Variances and bias are those around each pixel,
+//! as each method is the better one at some places; what of the bias only shows over the whole picture is taken to be
+//! everywhere. The part of the work that makes the mean error least after eight times the opening is what the second
+//! method gets, and at least a sixteenth, by which the first is checked. But light that the second has not found makes
+//! it look good: where the first shows more light for sure, it keeps half of the work.
 
 use super::accumulate::Film;
-use super::mix::{Compared, Round, Turns, blurred, compared};
+use super::mix::{self, Compared, LEFT_OUT, Round, Turns, compared};
 
 /// By how much the work grows until the ratio of the errors counts.
 const GROWTH: f64 = 8.0;
-
-/// Part of the pixels that is left out, as of the errors of pictures: those with the most noise.
-const LEFT_OUT: f64 = 1e-3;
 
 /// How well two methods serve a picture: mean squares over its pixels, relative to what is there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,49 +33,30 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// From a film with passes of both methods; `None` with fewer than two of either, and for a black picture.
+    /// From a film with passes of both methods; `None` with fewer than two of the first or none of the second, and for a
+    /// black picture.
     pub fn of(film: &Film) -> Option<Self> {
-        if film.split_passes().iter().any(|passes| passes.count() < 2) {
+        if film.split_passes()[0].count() < 2 {
             return None;
         }
         let pixels = compared(film)?;
-        // The square of a mean over a window has next to no noise, which a mean of squares has.
-        let own: Vec<[f64; 1]> = pixels.iter().map(|pixel| [pixel.mean()]).collect();
-        let means = blurred(&own, film.width as usize);
-        let mean = own.iter().map(|[mean]| mean).sum::<f64>() / own.len() as f64;
-        if mean.is_nan() || mean <= 0.0 {
-            return None;
-        }
-        // As relative errors are defined in `crate::compare::metrics`, with the mean of a window for a pixel's.
-        let relative = |(pixel, [at]): (&Compared, &[f64; 1])| {
-            let Compared { variances: [p, t], difference, .. } = *pixel;
-            [p, t, difference].map(|x| x / (at * at + 0.01 * mean * mean))
-        };
-        let mut all: Vec<[f64; 3]> = pixels.iter().zip(&means).map(relative).collect();
+        let mut all = mix::relative_to_means(&pixels, film.width as usize)?;
         all.sort_unstable_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
         all.truncate(all.len() - (all.len() as f64 * LEFT_OUT) as usize);
         let count = all.len() as f64;
-        let average = |of: &dyn Fn(&[f64; 3]) -> f64| all.iter().map(of).sum::<f64>() / count;
-        let beyond = |[p, t, difference]: &[f64; 3]| difference - p - t;
+        let average = |of: &dyn Fn(&[f64; 4]) -> f64| all.iter().map(of).sum::<f64>() / count;
+        let beyond = |[p, t, difference, _]: &[f64; 4]| difference - p - t;
         let difference = average(&beyond);
         let spread = average(&|pixel| (beyond(pixel) - difference).powi(2));
         let noise = [average(&|pixel| pixel[0]), average(&|pixel| pixel[1])];
-        Some(Self { noise, difference, uncertainty: (spread / count).sqrt(), lead: lead(&pixels, mean) })
-    }
-
-    /// Squared error of the second over that of the first after [`GROWTH`] times the passes; `work` is that of all
-    /// passes so far.
-    fn ratio(self, work: [f64; 2]) -> f64 {
-        let bias = (self.difference - self.uncertainty).max(0.0);
-        let first = self.noise[0] / GROWTH.powf(NOISE_EXPONENT) + bias;
-        let second = self.noise[1] / GROWTH * (work[1] / work[0]);
-        if first > 0.0 { second / first } else { f64::INFINITY }
+        Some(Self { noise, difference, uncertainty: (spread / count).sqrt(), lead: lead(&pixels) })
     }
 }
 
-/// See [`Standing::lead`]; `mean` is that of both.
-fn lead(pixels: &[Compared], mean: f64) -> f64 {
+/// See [`Standing::lead`].
+fn lead(pixels: &[Compared]) -> f64 {
     let count = pixels.len() as f64;
+    let mean = pixels.iter().map(Compared::mean).sum::<f64>() / count;
     let difference = pixels.iter().map(|pixel| pixel.means[0] - pixel.means[1]).sum::<f64>() / count;
     let variance = pixels.iter().map(|pixel| pixel.variances[0] + pixel.variances[1]).sum::<f64>() / count / count;
     // Pixels that share photons err alike.
@@ -89,18 +67,28 @@ fn lead(pixels: &[Compared], mean: f64) -> f64 {
 /// as 2/3, with all that is not theirs (edges, direct light) between both.
 const NOISE_EXPONENT: f64 = 0.9;
 
-/// Part of the work that the second method gets, where its squared error is `ratio` times that of the first.
-fn share(ratio: f64) -> f64 {
-    match ratio {
-        r if r < 0.2 => 1.0,
-        r if r < 0.5 => 7.0 / 8.0,
-        r if r < 0.8 => 3.0 / 4.0,
-        r if r < 1.5 => 1.0 / 2.0,
-        r if r < 3.0 => 1.0 / 4.0,
-        r if r < 6.0 => 1.0 / 8.0,
-        // Also what is no number.
-        _ => 1.0 / 16.0,
-    }
+/// Parts of the work that the second method may get.
+const SHARES: [f64; 8] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 3.0 / 8.0, 1.0 / 2.0, 3.0 / 4.0, 7.0 / 8.0, 1.0];
+
+/// Mean squared error of the picture of both, relative to what is there, after [`GROWTH`] times the work, of which the
+/// second method has a part; `local` as of [`super::mix::local`] with `rest` of squared bias everywhere, and `parts` of
+/// the work that either method has had.
+fn error(local: &[[f64; 3]], rest: f64, parts: [f64; 2], share: f64) -> f64 {
+    let fall = [(parts[0] / (GROWTH * (1.0 - share))).powf(NOISE_EXPONENT), parts[1] / (GROWTH * share)];
+    let at = |[p, t, bias]: &[f64; 3]| {
+        let first = if share < 1.0 { p * fall[0] + bias + rest } else { f64::INFINITY };
+        let second = t * fall[1];
+        if second > 0.0 && first > 0.0 { 1.0 / (1.0 / first + 1.0 / second) } else { 0.0 }
+    };
+    local.iter().map(at).sum::<f64>() / local.len() as f64
+}
+
+/// The part of the work with which the second method serves the picture best. Differences below a hundredth are none:
+/// then it gets the least of these parts.
+fn best_share(local: &[[f64; 3]], rest: f64, parts: [f64; 2]) -> f64 {
+    let errors = SHARES.map(|share| error(local, rest, parts, share));
+    let least = errors.into_iter().fold(f64::INFINITY, f64::min);
+    SHARES.into_iter().zip(errors).find(|(_, error)| *error <= 1.01 * least).map_or(0.5, |(share, _)| share)
 }
 
 /// Light that the second method misses, as a part of all, from which on the first is kept.
@@ -117,8 +105,12 @@ pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
     let ratio = f64::from(turns.work[0].max(1)) / f64::from(turns.work[1].max(1));
     let handicap = if footprints { HANDICAP } else { 1.0 };
     let share = Standing::of(film).map_or(0.5, |standing| {
-        let work = [passes[0] * ratio, passes[1]];
-        let share = share(standing.ratio(work) * handicap);
+        let Some(mut local) = mix::local(film) else { return 0.5 };
+        local.iter_mut().for_each(|[_, t, _]| *t *= handicap);
+        let found = local.iter().map(|[_, _, bias]| bias).sum::<f64>() / local.len() as f64;
+        let rest = (standing.difference - standing.uncertainty - found).max(0.0);
+        let whole = passes[0] * ratio + passes[1];
+        let share = best_share(&local, rest, [passes[0] * ratio / whole, passes[1] / whole]);
         // Footprints lose light at edges and win next to none. A second method that shows less has not found it yet.
         if standing.lead > LEAD { share.min(0.5) } else { share }
     });
@@ -132,10 +124,17 @@ pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
 /// Whether the second method serves a picture at least as well as the first for an equal part of the work: for methods
 /// that both have no bias worth the name. What one of them has not found in these passes is the difference beyond their
 /// noise; it counts for the second as the noise that it will be once that is found.
-pub fn is_second_better(film: &Film, work: [f64; 2]) -> bool {
-    let Some(Standing { noise, difference, uncertainty, .. }) = Standing::of(film) else { return false };
+#[cfg(test)]
+fn is_second_better(film: &Film, work: [f64; 2]) -> bool {
+    loss_by_second(film, work) <= 1.0
+}
+
+/// By how much the second method serves a picture worse than the first.
+pub fn loss_by_second(film: &Film, work: [f64; 2]) -> f64 {
+    let Some(Standing { noise, difference, uncertainty, .. }) = Standing::of(film) else { return f64::INFINITY };
     let missed = (difference - 2.0 * uncertainty).max(0.0);
-    (noise[1] + 4.0 * missed) * work[1] <= noise[0] * work[0]
+    let loss = (noise[1] + 4.0 * missed) * work[1] / (noise[0] * work[0]);
+    if loss.is_nan() { 1.0 } else { loss }
 }
 
 /// The round with this part of the work for the second method, as near as few passes allow; a pass of the first takes

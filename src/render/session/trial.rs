@@ -18,8 +18,12 @@ use crate::scene::Scene;
 
 /// Pixels of a small picture.
 const PIXELS: u32 = 64 * 48;
-/// Its passes.
+/// Its passes: no more of them than it takes to see one method far ahead.
 const PASSES: u64 = 6;
+/// Surfaces that its paths and photons meet: what comes later tells little, and each takes as many dispatches.
+const DEPTH: u32 = 8;
+/// By so much one of them is far ahead.
+const FAR_AHEAD: f64 = 2.0;
 
 /// [`Method::Path`] where that serves the picture at least as well as [`Method::Hybrid`]; `settings` are those of
 /// passes of paths.
@@ -34,16 +38,21 @@ pub(super) fn method_of_paths(
     if device.caster_count == 0 || device.has_lights_without_extent {
         return Ok(Method::Hybrid);
     }
-    let mut films = vec![];
-    let mut work = [0.0; 2];
-    for (method, work) in [Method::Hybrid, Method::Path].into_iter().zip(&mut work) {
-        let mut session = Session::over(runtime, (scene.clone(), device.clone()), small(settings, method))?;
-        (0..PASSES).try_for_each(|index| session.run_pass(index))?;
-        *work = session.work_of_last_pass();
-        films.push(session.film()?);
+    let session = |method| Session::over(runtime, (scene.clone(), device.clone()), small(settings, method));
+    let (mut hybrid, mut path) = (session(Method::Hybrid)?, session(Method::Path)?);
+    let mut loss = 1.0;
+    for index in 0..PASSES {
+        hybrid.run_pass(index)?;
+        path.run_pass(index)?;
+        if index > 0 {
+            let work = [hybrid.work_of_last_pass(), path.work_of_last_pass()];
+            loss = shares::loss_by_second(&both(hybrid.film()?, path.film()?, index + 1), work);
+            if !(1.0 / FAR_AHEAD..FAR_AHEAD).contains(&loss) {
+                break;
+            }
+        }
     }
-    let film = both(films).expect("two films");
-    Ok(if shares::is_second_better(&film, work) { Method::Path } else { Method::Hybrid })
+    Ok(if loss <= 1.0 { Method::Path } else { Method::Hybrid })
 }
 
 /// The settings of a small picture of the same shape.
@@ -56,12 +65,13 @@ fn small(settings: &Settings, method: Method) -> Settings {
     // What both have in common would otherwise hide what one of them has not found.
     let seed = if method == Method::Path { !settings.seed } else { settings.seed };
     let photons = Some(photons);
-    Settings { method, width, height, seed, photons, layers: false, count_work: true, ..settings.clone() }
+    let (eye_depth, photon_bounces) = (settings.eye_depth.min(DEPTH), settings.photon_bounces.min(DEPTH));
+    let small = Settings { method, width, height, seed, photons, eye_depth, photon_bounces, ..settings.clone() };
+    Settings { layers: false, count_work: true, ..small }
 }
 
-/// One film of both, each of as many passes.
-fn both(mut films: Vec<Film>) -> Option<Film> {
-    let (second, first) = (films.pop()?, films.pop()?);
+/// One film of both, each of so many passes.
+fn both(first: Film, second: Film, passes: u64) -> Film {
     let mix = Mix { turns: Turns::always(Round { first: 1, second: 1 }), sums: second.sums, layers: second.layers };
-    Some(Film { passes: PassSet::of(0..2 * PASSES), mix: Some(mix), ..first })
+    Film { passes: PassSet::of(0..2 * passes), mix: Some(mix), ..first }
 }

@@ -15,11 +15,9 @@ use crate::kernels::photon::PHOTON_RAYS;
 use crate::render::pass::eye;
 use crate::render::settings::{Estimator, Method, PhotonBuild, Sampling, Settings};
 
-/// The first passes: as few as tell something of the noise of either method. Those of paths are short, unless they have
-/// photons of their own.
-const OPENING: Round = Round { first: 2, second: 6 };
-/// See [`OPENING`].
-const OPENING_WITH_PHOTONS: Round = Round { first: 2, second: 2 };
+/// The first passes: as few as tell something of the noise of either method. Where photons serve a picture, they are all
+/// that it is for a while; and where paths serve it, their passes are short, so little is lost.
+const OPENING: Round = Round { first: 2, second: 1 };
 
 /// Time of a shadow ray, and of a photon in whose footprint an eye hit lies with all that are tested for it, in that of
 /// a ray of an eye path: from passes of twenty scenes on two cores, lavapipe 25.0.7, to a factor of 1.5.
@@ -48,19 +46,14 @@ pub struct Choice {
 
 impl Other {
     pub fn new(session: Session) -> Self {
-        Self { turns: Turns::new(opening(&session)), session, was_last: false }
+        Self { turns: Turns::new(OPENING), session, was_last: false }
     }
 
     /// Forgets all passes and what they have shown.
     pub fn reset(&mut self) {
-        self.turns = Turns::new(opening(&self.session));
+        self.turns = Turns::new(OPENING);
         self.session.reset();
     }
-}
-
-/// The opening, where these are the passes of paths.
-fn opening(paths: &Session) -> Round {
-    if paths.has_photons() { OPENING_WITH_PHOTONS } else { OPENING }
 }
 
 /// The settings of the passes of paths, for a render with these.
