@@ -83,12 +83,13 @@ fn error(local: &[[f64; 3]], rest: f64, parts: [f64; 2], share: f64) -> f64 {
     local.iter().map(at).sum::<f64>() / local.len() as f64
 }
 
-/// The part of the work with which the second method serves the picture best. Differences below a hundredth are none:
-/// then it gets the least of these parts.
+/// The part of the work with which the second method serves the picture best. Differences below a thirtieth are none:
+/// then the methods get parts that are as equal as may be, as each checks the other.
 fn best_share(local: &[[f64; 3]], rest: f64, parts: [f64; 2]) -> f64 {
     let errors = SHARES.map(|share| error(local, rest, parts, share));
     let least = errors.into_iter().fold(f64::INFINITY, f64::min);
-    SHARES.into_iter().zip(errors).find(|(_, error)| *error <= 1.01 * least).map_or(0.5, |(share, _)| share)
+    let good = SHARES.into_iter().zip(errors).filter(|(_, error)| *error <= 31.0 / 30.0 * least);
+    good.map(|(share, _)| share).min_by(|a, b| (a - 0.5).abs().total_cmp(&(b - 0.5).abs())).unwrap_or(0.5)
 }
 
 /// Light that the second method misses, as a part of all, from which on the first is kept.
@@ -108,7 +109,7 @@ pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
         let Some(mut local) = mix::local(film) else { return 0.5 };
         local.iter_mut().for_each(|[_, t, _]| *t *= handicap);
         let found = local.iter().map(|[_, _, bias]| bias).sum::<f64>() / local.len() as f64;
-        let rest = (standing.difference - standing.uncertainty - found).max(0.0);
+        let rest = (standing.difference - 2.0 * standing.uncertainty - found).max(0.0);
         let whole = passes[0] * ratio + passes[1];
         let share = best_share(&local, rest, [passes[0] * ratio / whole, passes[1] / whole]);
         // Footprints lose light at edges and win next to none. A second method that shows less has not found it yet.

@@ -349,9 +349,9 @@ fn check_report(folder: &Path) {
     let read =
         |name: &str| -> Value { serde_json::from_slice(&std::fs::read(folder.join(name)).expect(name)).expect("JSON") };
     let report = read("report.json");
-    // Two passes of paths, one of photons.
+    // Two passes of photons, one of paths.
     assert_eq!((&report["passes"], &report["seed"]), (&3.into(), &0.into()));
-    assert_eq!(report["choice"]["opening"], serde_json::json!({ "photons": 2, "paths": 6 }));
+    assert_eq!(report["choice"]["opening"], serde_json::json!({ "photons": 2, "paths": 1 }));
     assert_eq!((&report["choice"]["paths"], &report["choice"]["then"]), (&"hybrid".into(), &Value::Null));
     for name in ["photons_emitted", "photons_stored", "plan_passes"] {
         assert!(report[name].as_u64() > Some(0), "{name}");
