@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         number: 38,
         title: "edges and corners of an evenly lit room",
-        reason: "a cube that is a furnace is even up to its edges; where three walls meet a footprint has one fold",
+        reason: "a cube that is a furnace is even up to its edges, and where three walls meet",
         parameter: None,
         run: edges,
     },

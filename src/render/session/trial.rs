@@ -18,11 +18,11 @@ use crate::scene::Scene;
 
 /// Pixels of a small picture.
 const PIXELS: u32 = 64 * 48;
-/// Its passes: no more of them than it takes to see one method far ahead.
+/// Its passes: no more of them than it takes to see photons far ahead.
 const PASSES: u64 = 6;
 /// Surfaces that its paths and photons meet: what comes later tells little, and each takes as many dispatches.
 const DEPTH: u32 = 8;
-/// By so much one of them is far ahead.
+/// By so much they are.
 const FAR_AHEAD: f64 = 2.0;
 
 /// [`Method::Path`] where that serves the picture at least as well as [`Method::Hybrid`]; `settings` are those of
@@ -47,7 +47,8 @@ pub(super) fn method_of_paths(
         if index > 0 {
             let work = [hybrid.work_of_last_pass(), path.work_of_last_pass()];
             loss = shares::loss_by_second(&both(hybrid.film()?, path.film()?, index + 1), work);
-            if !(1.0 / FAR_AHEAD..FAR_AHEAD).contains(&loss) {
+            // Paths that look far ahead may not have found the caustics yet.
+            if loss > FAR_AHEAD {
                 break;
             }
         }
