@@ -100,8 +100,9 @@ const LEAD: f64 = 0.02;
 const HANDICAP: f64 = 2.0;
 
 /// The turns after those that are known, from a film that has these and no others; `footprints` says whether the second
-/// method has footprints like the first.
-pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
+/// method has footprints like the first. After the opening, which knows little of rare light, the second gets `least` of
+/// the work at least.
+pub fn next(film: &Film, turns: Turns, footprints: bool, least: f64) -> Turns {
     let passes = film.split_passes().map(|passes| passes.count() as f64);
     let ratio = f64::from(turns.work[0].max(1)) / f64::from(turns.work[1].max(1));
     let handicap = if footprints { HANDICAP } else { 1.0 };
@@ -115,6 +116,7 @@ pub fn next(film: &Film, turns: Turns, footprints: bool) -> Turns {
         // Footprints lose light at edges and win next to none. A second method that shows less has not found it yet.
         if standing.lead > LEAD { share.min(0.5) } else { share }
     });
+    let share = if turns.then.is_none() { share.max(least) } else { share };
     let round = Some(round_of(share, ratio));
     match turns.then {
         None => Turns { then: round, ..turns },
@@ -185,7 +187,9 @@ mod tests {
     fn next_round(noise: [f64; 2], bias: f64) -> Round {
         let film = film(noise, bias);
         let turns = film.mix.as_ref().expect("a second method").turns;
-        let next = next(&film, turns, false);
+        let next = next(&film, turns, false, 0.0);
+        let more = super::next(&film, turns, false, 0.5).then.expect("known");
+        assert!(more.second * next.then.expect("known").first >= next.then.expect("known").second * more.first);
         assert_eq!((next.opening, next.work, next.at_last), (turns.opening, turns.work, None));
         next.then.expect("known")
     }

@@ -142,7 +142,9 @@ impl Session {
     fn add_turns(&mut self) -> Result<()> {
         let film = self.film()?;
         if let Some(other) = &mut self.other {
-            other.turns = shares::next(&film, other.turns, other.session.has_photons());
+            // Where paths find by themselves what focuses light, they are likely to serve the rest of the scene, too.
+            let least = if other.session.settings.method == Method::Path { 0.5 } else { 0.0 };
+            other.turns = shares::next(&film, other.turns, other.session.has_photons(), least);
         }
         Ok(())
     }
