@@ -4,8 +4,8 @@
 //
 // The footprint is an ellipse in the photon's tangent plane with a slab of SLAB longer semiaxes around it. A point is
 // projected along the photon's normal. The weight over the ellipse times |N_x . N_photon| integrates to one over any
-// surface that lies in the slab; that of the first paper's cut ellipsoid does so only over planes. Where the surface ends
-// near the point, footprints are folded back (lib/boundary.glsl).
+// surface that lies in the slab; that of the first paper's cut ellipsoid does so only over planes. Where the surface
+// ends near the point, footprints are folded back (lib/boundary.glsl).
 //
 // A kernel whose subgroups look at the same photons together defines ESTIMATE_TOGETHER: photons that no lane needs then
 // cost less.
@@ -70,10 +70,9 @@ float folded_weight(Photon p, Boundaries b, vec3 offset) {
     if (boundary_hides(b, place)) return 0.0;
     vec3 u = uintBitsToFloat(p.c.xyz), v = uintBitsToFloat(p.d.xyz);
     vec3 major = u / dot(u, u), minor = v / dot(v, v);
-    Mirrors m = mirrors_of(vec2(dot(major, b.across), dot(minor, b.across)), b.reach.xy);
-    Mirrors l = mirrors_of(vec2(dot(major, b.along), dot(minor, b.along)), b.reach.zw);
-    vec3 narrowed = offset - b.across * (place.x * (m.narrower - 1.0)) - b.along * (place.y * (l.narrower - 1.0));
-    vec2 at = relative_place(p, narrowed);
+    Mirrors m = mirrors_of(vec2(dot(major, b.across), dot(minor, b.across)), b.reach.xy, b.unit);
+    Mirrors l = mirrors_of(vec2(dot(major, b.along), dot(minor, b.along)), b.reach.zw, b.unit);
+    vec2 at = relative_place(p, offset) - (m.wider * place.x + l.wider * place.y) / b.unit;
     float sum = 0.0;
     for (uint i = 0u; i < 3u; ++i) {
         for (uint k = 0u; k < 3u; ++k) {

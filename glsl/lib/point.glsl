@@ -26,7 +26,7 @@ Point point_of(EyeHit hit) {
 // A surface seen from along `to_eye`, with nothing on the way.
 Point point_at(Surface s, vec3 to_eye) {
     bool glossy = GLOSSY && !is_lambert(s);
-    Boundaries none = Boundaries(false, vec3(0.0), vec3(0.0), vec4(0.0));
+    Boundaries none = Boundaries(false, vec3(0.0), vec3(0.0), vec4(0.0), 0.0);
     bool smooth_normal = SMOOTH_NORMALS && s.shading != s.geometric;
     return Point(s, to_eye, glossy ? vec3(1.0) : s.diffuse / PI, glossy, smooth_normal, none);
 }

@@ -27,8 +27,9 @@ use crate::picture::image::Picture;
 /// Changes whenever the meaning of the channels or of [`About`] does.
 const FORMAT: u32 = 1;
 
-/// The format of films of two methods: a program that knows but one would take a part of their passes for all.
-const FORMAT_OF_TWO: u32 = 2;
+/// The format of films of two methods: a program that knows but one would take a part of their passes for all. Format 2
+/// had other turns.
+const FORMAT_OF_TWO: u32 = 3;
 
 fn format_of(turns: Option<Turns>) -> u32 {
     if turns.is_some() { FORMAT_OF_TWO } else { FORMAT }

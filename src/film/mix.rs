@@ -202,6 +202,9 @@ pub struct Mixed {
     pub weight: f64,
     /// Squared bias of the first method, per channel: the mean over a window.
     pub squared_bias: f64,
+    /// Variance of a single pass of the second method, per channel: the mean over a window. 0 with more passes, which
+    /// tell theirs by themselves.
+    pub single: f64,
 }
 
 /// What both methods show of a pixel; sums over channels.
@@ -228,7 +231,7 @@ impl Compared {
 }
 
 /// For each pixel what both methods show; `None` for films of one method, and for those with no passes of one of them.
-/// The variances of a single pass of the second method are told by neighbours, if the first has more passes.
+/// The variances of a single pass of the second method are told by neighbours, if the first has two passes or more.
 pub(super) fn compared(film: &Film) -> Option<Vec<Compared>> {
     let mix = film.mix.as_ref()?;
     let unit = 2f64.powi(film.exponents[0]);
@@ -259,9 +262,13 @@ fn from_neighbours(pixels: &mut [Compared], width: usize) {
     let half_square = |i: usize, k: usize| (0..3).map(|c| (apart[i][c] - apart[k][c]).powi(2)).sum::<f64>() / 2.0;
     let count = apart.len();
     for (i, pixel) in pixels.iter_mut().enumerate() {
-        let right = if (i + 1) % width != 0 { i + 1 } else { i.saturating_sub(1) };
-        let below = if i + width < count { i + width } else { i.saturating_sub(width) };
-        pixel.variances[1] = 0.5 * (half_square(i, right) + half_square(i, below));
+        let aside = [(i % width > 0).then(|| i - 1), (i % width + 1 < width).then_some(i + 1)];
+        let above = [i.checked_sub(width), Some(i + width).filter(|k| *k < count)];
+        let near: Vec<f64> = aside.into_iter().chain(above).flatten().map(|k| half_square(i, k)).collect();
+        // A picture of one pixel tells nothing.
+        if !near.is_empty() {
+            pixel.variances[1] = near.iter().sum::<f64>() / near.len() as f64;
+        }
     }
 }
 
@@ -288,12 +295,17 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
     let Some(pixels) = compared(film) else {
         let [_, second] = film.split_passes().map(|passes| passes.count());
         let weight = if second > 0 { 1.0 } else { 0.0 };
-        return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
+        return vec![Mixed { weight, squared_bias: 0.0, single: 0.0 }; film.sums.len()];
     };
     let few = few_passes(film);
     let (windows, scales) = windows(&pixels, film.width as usize);
-    let best = windows.into_iter().map(|[p, t, difference, mean]| best([p, t * few, difference, mean]));
-    best.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
+    let is_single = film.split_passes()[1].count() == 1;
+    let of = |([p, t, difference, mean], scale): ([f64; 4], f64)| {
+        let at = best([p, t * few, difference, mean]);
+        let single = if is_single && t.is_finite() { t * scale / 3.0 } else { 0.0 };
+        Mixed { squared_bias: at.squared_bias * scale, single, ..at }
+    };
+    windows.into_iter().zip(scales).map(of).collect()
 }
 
 /// By how much the variance of the second method counts more than its passes tell.
@@ -301,8 +313,8 @@ fn few_passes(film: &Film) -> f64 {
     1.0 + FEW_PASSES / (film.split_passes()[1].count() as f64).powi(2)
 }
 
-/// Around each pixel, over a window: variances of both methods, squared difference, mean of the second, relative to what
-/// is there; and what they are relative to.
+/// Around each pixel, over a window: variances of both methods, squared difference, mean of the second, relative to
+/// what is there; and what they are relative to.
 fn windows(pixels: &[Compared], width: usize) -> (Vec<[f64; 4]>, Vec<f64>) {
     // Relative to what is there, or a window would tell of its brightest pixel and of nothing else; to the lesser of
     // both, so that a rare bright sample does not hide behind itself.
@@ -366,8 +378,8 @@ pub(super) fn local(film: &Film) -> Option<Vec<[f64; 3]>> {
 /// Part of the pixels that is left out, as of the errors of pictures: those with the most noise.
 pub(super) const LEFT_OUT: f64 = 1e-3;
 
-/// For each pixel the variances of both methods, the squared difference and the mean of the second, relative to the mean
-/// of a window: its square has next to no noise, which a mean of squares has. `None` for a black picture.
+/// For each pixel the variances of both methods, the squared difference and the mean of the second, relative to the
+/// mean of a window: its square has next to no noise, which a mean of squares has. `None` for a black picture.
 pub(super) fn relative_to_means(pixels: &[Compared], width: usize) -> Option<Vec<[f64; 4]>> {
     let own: Vec<[f64; 1]> = pixels.iter().map(|pixel| [pixel.mean()]).collect();
     let means = blurred(&own, width);
@@ -390,7 +402,7 @@ pub(super) fn relative_to_means(pixels: &[Compared], width: usize) -> Option<Vec
 fn best([p, t, difference, mean]: [f64; 4]) -> Mixed {
     let weighed = |p: f64, t: f64, bias: f64| {
         let sum = p + bias + t;
-        Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
+        Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0, single: 0.0 }
     };
     let knows = WINDOW * mean * mean >= FEW_EVENTS * t;
     match (p.is_finite(), t.is_finite()) {

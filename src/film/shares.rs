@@ -5,8 +5,8 @@
 //! of both is above their variances, summed over the picture. A window of pixels would tell more of one place and less
 //! for sure: over the whole picture a bias of a hundredth of the noise is seen.
 //!
-//! With t times the passes, the squared error of the first method is v_p t^(-2/3) + b^2 (its footprints shrink, Knaus
-//! and Zwicker 2011; its bias is taken to stay, as it does at edges), that of the second v_t / t, and that of the
+//! With t times the passes, the squared error of the first method is v_p t^(-0.9) + b^2 (its footprints shrink, Knaus
+//! and Zwicker 2011, and not all noise is theirs; its bias is taken to stay), that of the second v_t / t, and that of the
 //! picture, which takes from both by these, the product over the sum. Variances and bias are those around each pixel,
 //! as each method is the better one at some places; what of the bias only shows over the whole picture is taken to be
 //! everywhere. The part of the work that makes the mean error least after eight times the opening is what the second
@@ -33,8 +33,8 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// From a film with passes of both methods; `None` with fewer than two of the first or none of the second, and for a
-    /// black picture.
+    /// From a film with passes of both methods; `None` with fewer than two of the first or none of the second, and for
+    /// a black picture.
     pub fn of(film: &Film) -> Option<Self> {
         if film.split_passes()[0].count() < 2 {
             return None;
@@ -100,8 +100,8 @@ const LEAD: f64 = 0.02;
 const HANDICAP: f64 = 2.0;
 
 /// The turns after those that are known, from a film that has these and no others; `footprints` says whether the second
-/// method has footprints like the first. After the opening, which knows little of rare light, the second gets `least` of
-/// the work at least.
+/// method has footprints like the first. After the opening, which knows little of rare light, the second gets
+/// `least` of the work at least.
 pub fn next(film: &Film, turns: Turns, footprints: bool, least: f64) -> Turns {
     let passes = film.split_passes().map(|passes| passes.count() as f64);
     let ratio = f64::from(turns.work[0].max(1)) / f64::from(turns.work[1].max(1));

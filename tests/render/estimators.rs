@@ -147,7 +147,7 @@ fn packing_adds_a_small_error() {
         let scene = asset(name);
         let of = |estimator, record| Settings {
             record,
-            fold: false, // records have no room for it
+            fold: false, // rounded places may pass a boundary
             count_pairs: true,
             footprint: footprint.map_or(Footprint::Differential, |f| Footprint::Fixed(f * radius(&scene))),
             ..settings(estimator, &scene, 0.0)

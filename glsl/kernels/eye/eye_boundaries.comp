@@ -1,9 +1,9 @@
 // Finds the boundaries of the surface around each eye hit (lib/boundary.glsl), as far as footprints reach.
 //
 // Rays along the surface, just above it, meet what stands on it. Rays just below it are inside of the body and meet the
-// side at which it ends. Four pairs of them, turned by chance, find the nearest boundary; three more along its axes find
-// those on the other sides. What is short beside its distance is found by some passes and not by others: so nothing that
-// does not surround a hit is cut out of the picture.
+// side at which it ends. Four pairs of them, turned by chance, find the nearest boundary; three more along its axes
+// find those on the other sides. What is short beside its distance (a post) is found in some passes only, so it is a
+// boundary as much as it fills of the view.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
@@ -36,7 +36,7 @@ layout(push_constant, scalar) uniform Params {
 const float LIFT = 0.01;
 // A line that touches a circle at 45 degrees between two rays is met at this length.
 const float RAY_LENGTH = 1.4142;
-// A body whose sides turn away by more than that of SAME_SURFACE at this part of its radius: sqrt(1 - 0.3^2).
+// The sides of a round body belong to another surface beyond this part of its radius: sqrt(1 - 0.3^2), by SAME_SURFACE.
 const float ROUND_END = 0.954;
 // What lies across a ray at more than 60 degrees from it is no boundary along it.
 const float LEAST_FACING = 0.5;

@@ -3,7 +3,7 @@
 
 use super::Weight;
 pub use crate::constants::BOUNDARY_FAR;
-use crate::constants::{SAME_SURFACE, SLAB};
+use crate::constants::{MOST_NARROWER, SAME_SURFACE, SLAB};
 use crate::kernels::generated::{Aabb, EyeHit, Photon};
 
 /// A photon with an elliptic footprint.
@@ -23,6 +23,9 @@ pub struct Disc {
     pub caustic: bool,
 }
 
+/// Least distance of a boundary that is stored, in units (glsl/lib/boundary.glsl).
+const LEAST_DISTANCE: f32 = 6.103_515_6e-5;
+
 /// Boundaries of the surface around a hit (glsl/lib/boundary.glsl).
 #[derive(Debug, Clone, Copy)]
 pub struct Boundaries {
@@ -38,7 +41,7 @@ pub struct Boundaries {
 impl Boundaries {
     /// As they are stored. Distances lose all but ten binary digits.
     pub fn stored(&self) -> [u32; 4] {
-        let half = |x: f32| (x.to_bits() >> 13) - (112 << 10);
+        let half = |x: f32| (x.max(LEAST_DISTANCE).to_bits() >> 13) - (112 << 10);
         let [a, b, c, d] = self.reach.map(half);
         [oct_encode(self.across), a | b << 16, c | d << 16, self.unit.to_bits()]
     }
@@ -117,19 +120,18 @@ fn folded(hit: &EyeHit, photon: &Photon, offset: [f64; 3], weight: Weight) -> f6
         return 0.0;
     }
     let dual = [&photon.c, &photon.d].map(|words| [0, 1, 2].map(|k| float(words[k])));
-    let mut narrowed = offset;
+    let mut at = dual.map(|u| dot(u, offset));
     let (mut images, mut narrower) = (vec![[0.0; 2]], 1.0);
     for k in 0..2 {
         let semiaxes = dual.map(|u| dot(u, axes[k]) / dot(u, u));
         let half_width = semiaxes[0].hypot(semiaxes[1]);
-        let factor = (half_width / (reach[k][0] + reach[k][1])).max(1.0);
-        (0..3).for_each(|i| narrowed[i] -= axes[k][i] * place[k] * (factor - 1.0));
+        let factor = (half_width / (reach[k][0] + reach[k][1])).clamp(1.0, f64::from(MOST_NARROWER));
+        (0..2).for_each(|i| at[i] -= semiaxes[i] * place[k] * (factor - 1.0) / half_width.powi(2));
         narrower *= factor;
         let shifts = [0.0, reach[k][0], -reach[k][1]].map(|d| 2.0 * factor * d / half_width.powi(2));
         let shifted = |from: &[f64; 2]| shifts.map(|s| [from[0] + s * semiaxes[0], from[1] + s * semiaxes[1]]);
         images = images.iter().flat_map(shifted).collect();
     }
-    let at = dual.map(|u| dot(u, narrowed));
     let seen = |image: &[f64; 2]| (at[0] + image[0]).powi(2) + (at[1] + image[1]).powi(2);
     images.iter().map(seen).filter(|r2| *r2 < 1.0).map(|r2| shape(weight, r2)).sum::<f64>() * narrower
 }
@@ -236,7 +238,7 @@ mod tests {
     #[test]
     fn boundaries_keep_even_light_even() {
         let far = BOUNDARY_FAR;
-        let lines = [[0.25, far, far, far], [0.25, 0.125, far, far], [0.5, far, 0.125, far], [0.125; 4]];
+        let lines = [[0.25, far, far, far], [0.25, 0.125, far, far], [0.5, far, 0.125, far], [0.1875; 4]];
         for reach in lines {
             let boundaries = Boundaries { across: [0.6, 0.8, 0.0], reach, unit: 2.0 };
             let hit = EyeHit { e: boundaries.stored(), ..lambert_hit([0.0; 3], [0.0, 0.0, 1.0], [1.0; 3]) };

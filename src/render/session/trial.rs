@@ -22,7 +22,7 @@ const PIXELS: u32 = 64 * 48;
 const PASSES: u64 = 6;
 /// Surfaces that its paths and photons meet: what comes later tells little, and each takes as many dispatches.
 const DEPTH: u32 = 8;
-/// By so much they are.
+/// Photons are far ahead if paths lose by more than this.
 const FAR_AHEAD: f64 = 2.0;
 
 /// [`Method::Path`] where that serves the picture at least as well as [`Method::Hybrid`]; `settings` are those of
@@ -48,7 +48,7 @@ pub(super) fn method_of_paths(
             let work = [hybrid.work_of_last_pass(), path.work_of_last_pass()];
             loss = shares::loss_by_second(&both(hybrid.film()?, path.film()?, index + 1), work);
             // Paths that look far ahead may not have found the caustics yet.
-            if loss > FAR_AHEAD {
+            if loss > FAR_AHEAD && loss.is_finite() {
                 break;
             }
         }

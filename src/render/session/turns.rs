@@ -15,8 +15,8 @@ use crate::kernels::photon::PHOTON_RAYS;
 use crate::render::pass::eye;
 use crate::render::settings::{Estimator, Method, PhotonBuild, Sampling, Settings};
 
-/// The first passes: as few as tell something of the noise of either method. Where photons serve a picture, they are all
-/// that it is for a while; and where paths serve it, their passes are short, so little is lost.
+/// The first passes: as few as tell something of the noise of either method. Where photons serve a picture, they are
+/// all that it is for a while; and where paths serve it, their passes are short, so little is lost.
 const OPENING: Round = Round { first: 2, second: 1 };
 
 /// Time of a shadow ray, and of a photon in whose footprint an eye hit lies with all that are tested for it, in that of
