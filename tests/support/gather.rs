@@ -193,7 +193,7 @@ pub fn room(photons: usize, hits: usize, radius: impl Fn(&mut Random) -> [f32; 2
     let hits = (0..hits).map(|i| {
         let (position, normal) = place(&mut random);
         let across = if normal[0] == 0.0 { [0.6, 0.0, -0.8] } else { [0.0, 0.8, 0.6] };
-        let reach = [0, 1, 2, 3].map(|k| if (i / 3 >> k) & 1 == 1 { 0.4 * random.unit() } else { BOUNDARY_FAR });
+        let reach = [0, 1, 2, 3].map(|k| if ((i / 3) >> k) & 1 == 1 { 0.4 * random.unit() } else { BOUNDARY_FAR });
         let e = if i % 3 == 0 { Boundaries { across, reach, unit: 0.5 }.stored() } else { [0; 4] };
         EyeHit { e, ..lambert_hit(position, normal, [0.3, 0.2, 0.1]) }
     });
