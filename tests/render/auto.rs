@@ -22,8 +22,9 @@ fn run(session: &mut Session, passes: std::ops::Range<u64>) -> Film {
     session.film().expect("a film")
 }
 
-/// Passes of an opening.
+/// Passes of an opening, and of that where paths have no photons.
 const OPENING: u64 = 3;
+const LONG_OPENING: u64 = 8;
 
 /// The seed of the passes of paths of a render with seed 0: with one seed for all, both methods would err alike.
 const SEED_OF_PATHS: u32 = 0x5bd1_e995;
@@ -75,7 +76,7 @@ fn films_go_on_and_add_up_bit_for_bit() {
     let mut running = new();
     let whole = run(&mut running, 0..last);
     // Stopped in the opening, after it, and after the second look: what follows is found out anew, or known.
-    for middle in [1, OPENING, OPENING + 2, Turns::SECOND_LOOK, Turns::SECOND_LOOK + 1] {
+    for middle in [1, OPENING, OPENING + 2, LONG_OPENING, Turns::SECOND_LOOK, Turns::SECOND_LOOK + 1] {
         running.reset();
         let begin = run(&mut running, 0..middle);
         let mut other = new();
@@ -188,7 +189,7 @@ fn each_scene_gets_what_serves_it() {
     let choice = |scene: &Scene| {
         let settings = Settings { width: 32, height: 24, photons: Some(4000), ..Settings::default() };
         let mut session = Session::new(runtime.device(), scene.clone(), settings).expect("a session");
-        run(&mut session, 0..OPENING + 1);
+        run(&mut session, 0..LONG_OPENING + 1);
         session.choice().expect("a choice")
     };
     let sky = || Some(Environment { width: 2, height: 2, radiance: vec![[1.0; 3]; 4] });
