@@ -367,7 +367,7 @@ fn check_report(folder: &Path) {
     }
     let trace = read("trace.json");
     let events = trace["traceEvents"].as_array().expect("events");
-    let once = [("global photons", 1), ("photon map", 1), ("eye paths", 1), ("gather", 1), ("paths", 2), ("film", 3)];
+    let once = [("global photons", 2), ("photon map", 2), ("eye paths", 2), ("gather", 2), ("paths", 1), ("film", 3)];
     for (scope, passes) in once {
         let count = events.iter().filter(|event| event["name"] == scope).count();
         assert_eq!(count, passes, "{scope}, once a pass that has it");

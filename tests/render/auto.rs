@@ -35,9 +35,10 @@ fn films_are_those_of_either_method() {
     for name in ["cornell", "cornell-glass"] {
         let scene = asset(name);
         let mut running = session(&runtime, &scene, Method::Auto);
-        let film = run(&mut running, 0..OPENING + 5);
+        let film = run(&mut running, 0..LONG_OPENING + 5);
         let choice = running.choice().expect("a choice");
-        assert!(choice.turns.then.is_some() && choice.turns.opening.passes() == OPENING, "{choice:?}");
+        let opening = if choice.paths == Method::Path { LONG_OPENING } else { OPENING };
+        assert!(choice.turns.then.is_some() && choice.turns.opening.passes() == opening, "{choice:?}");
         let of_method = film.split_passes().map(|passes| passes.count());
         let photons = run(&mut session(&runtime, &scene, Method::Photons), 0..of_method[0]);
         let paths = Settings { seed: SEED_OF_PATHS, ..settings(choice.paths) };
@@ -46,7 +47,7 @@ fn films_are_those_of_either_method() {
         let mix = film.mix.as_ref().expect("a second method");
         assert!(film.sums == photons.sums && film.layers == photons.layers, "{name}: photons");
         assert!(mix.sums == paths.sums && mix.layers == paths.layers, "{name}: paths");
-        assert_eq!(of_method[0] + of_method[1], OPENING + 5);
+        assert_eq!(of_method[0] + of_method[1], LONG_OPENING + 5);
         // Each pixel is between those of the two.
         let [p, t, m] = [&photons, &paths, &film].map(|film| film.picture().layers[0].data.clone());
         let between = |((p, t), m): ((&f32, &f32), &f32)| *m >= p.min(*t) - 1e-4 * m && *m <= p.max(*t) + 1e-4 * m;
