@@ -7,7 +7,8 @@
 //!
 //! With t times the passes, the squared error of the first method is v_p t^(-0.9) + b^2 (its footprints shrink, Knaus
 //! and Zwicker 2011, and not all noise is theirs; its bias is taken to stay), that of the second v_t / t, and that of
-//! the picture, which takes from both by these, the product over the sum. Variances and bias are those around each pixel,
+//! the picture, which takes from both by these, the product over the sum. Variances and bias are those around each
+//! pixel,
 //! as each method is the better one at some places; what of the bias only shows over the whole picture is taken to be
 //! everywhere. The part of the work that makes the mean error least after eight times the opening is what the second
 //! method gets, and at least a sixteenth, by which the first is checked. But light that the second has not found makes
