@@ -440,3 +440,5 @@ pub(super) fn blurred<const N: usize>(numbers: &[[f64; N]], width: usize) -> Vec
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+use crate::random::Random;

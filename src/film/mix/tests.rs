@@ -1,7 +1,6 @@
 //! Films of two methods: whose turn a pass is, and what the picture takes from which.
 
 use super::*;
-use crate::random::Random;
 
 const TURNS: Turns = Turns::always(Round { first: 2, second: 3 });
 
