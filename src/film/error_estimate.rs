@@ -179,10 +179,7 @@ impl ErrorEstimate {
             };
             let is_first_known = schedule.count >= 2.0;
             for ((ours, theirs), at) in numbers.iter_mut().zip(&mix.sums).zip(mixed(film)) {
-                let single = at.single.sqrt() as f32;
-                let theirs = [0, 1, 2].map(|k| of_second(theirs, k));
-                let theirs = theirs.map(|number| Number { noise: number.noise.max(single), ..number });
-                *ours = std::array::from_fn(|k| ours[k].mixed_with(theirs[k], at, is_first_known));
+                *ours = std::array::from_fn(|k| ours[k].mixed_with(of_second(theirs, k), at, is_first_known));
             }
         }
         let most = schedule.count.max(second);

@@ -202,9 +202,6 @@ pub struct Mixed {
     pub weight: f64,
     /// Squared bias of the first method, per channel: the mean over a window.
     pub squared_bias: f64,
-    /// Variance of a single pass of the second method, per channel: the mean over a window. 0 with more passes, which
-    /// tell theirs by themselves.
-    pub single: f64,
 }
 
 /// What both methods show of a pixel; sums over channels.
@@ -227,6 +224,12 @@ impl Compared {
     /// Squared difference of both means.
     pub fn difference(&self) -> f64 {
         self.apart.iter().map(|x| x * x).sum()
+    }
+
+    /// Variances of both, squared difference and mean of the second, relative to a squared value.
+    fn over(&self, square: f64) -> [f64; 4] {
+        let [p, t] = self.variances;
+        [p / square, t / square, self.difference() / square, self.means[1] / square.sqrt()]
     }
 }
 
@@ -295,17 +298,17 @@ pub fn mixed(film: &Film) -> Vec<Mixed> {
     let Some(pixels) = compared(film) else {
         let [_, second] = film.split_passes().map(|passes| passes.count());
         let weight = if second > 0 { 1.0 } else { 0.0 };
-        return vec![Mixed { weight, squared_bias: 0.0, single: 0.0 }; film.sums.len()];
+        return vec![Mixed { weight, squared_bias: 0.0 }; film.sums.len()];
     };
+    let [first, second] = film.split_passes().map(|passes| passes.count());
+    if first > 1 && second == 1 {
+        // Where a single pass has found nothing, it would seem to be sure of that.
+        return vec![Mixed { weight: 0.0, squared_bias: 0.0 }; film.sums.len()];
+    }
     let few = few_passes(film);
     let (windows, scales) = windows(&pixels, film.width as usize);
-    let is_single = film.split_passes()[1].count() == 1;
-    let of = |([p, t, difference, mean], scale): ([f64; 4], f64)| {
-        let at = best([p, t * few, difference, mean]);
-        let single = if is_single && t.is_finite() { t * scale / 3.0 } else { 0.0 };
-        Mixed { squared_bias: at.squared_bias * scale, single, ..at }
-    };
-    windows.into_iter().zip(scales).map(of).collect()
+    let best = windows.into_iter().map(|[p, t, difference, mean]| best([p, t * few, difference, mean]));
+    best.zip(scales).map(|(at, scale)| Mixed { squared_bias: at.squared_bias * scale, ..at }).collect()
 }
 
 /// By how much the variance of the second method counts more than its passes tell.
@@ -324,11 +327,7 @@ fn windows(pixels: &[Compared], width: usize) -> (Vec<[f64; 4]>, Vec<f64>) {
         (p.min(t).max(0.0).powi(2) + FLOOR * mean * mean).max(f64::MIN_POSITIVE)
     };
     let scales: Vec<f64> = pixels.iter().map(scale).collect();
-    let relative = |(pixel, scale): (&Compared, &f64)| {
-        let Compared { variances: [p, t], means: [_, second], .. } = *pixel;
-        [p / scale, t / scale, pixel.difference() / scale, second / scale.sqrt()]
-    };
-    let mut relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(relative).collect();
+    let mut relative: Vec<[f64; 4]> = pixels.iter().zip(&scales).map(|(pixel, scale)| pixel.over(*scale)).collect();
     temper(&mut relative, width);
     (blurred(&relative, width), scales)
 }
@@ -387,11 +386,7 @@ pub(super) fn relative_to_means(pixels: &[Compared], width: usize) -> Option<Vec
     if mean.is_nan() || mean <= 0.0 {
         return None;
     }
-    let relative = |(pixel, [at]): (&Compared, &[f64; 1])| {
-        let scale = at * at + 0.01 * mean * mean;
-        let [p, t] = pixel.variances;
-        [p / scale, t / scale, pixel.difference() / scale, pixel.means[1] / scale.sqrt()]
-    };
+    let relative = |(pixel, [at]): (&Compared, &[f64; 1])| pixel.over(at * at + 0.01 * mean * mean);
     Some(pixels.iter().zip(&means).map(relative).collect())
 }
 
@@ -402,7 +397,7 @@ pub(super) fn relative_to_means(pixels: &[Compared], width: usize) -> Option<Vec
 fn best([p, t, difference, mean]: [f64; 4]) -> Mixed {
     let weighed = |p: f64, t: f64, bias: f64| {
         let sum = p + bias + t;
-        Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0, single: 0.0 }
+        Mixed { weight: if sum > 0.0 { (p + bias) / sum } else { 0.5 }, squared_bias: bias / 3.0 }
     };
     let knows = WINDOW * mean * mean >= FEW_EVENTS * t;
     match (p.is_finite(), t.is_finite()) {

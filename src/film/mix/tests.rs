@@ -119,9 +119,9 @@ fn few_passes_make_a_picture() {
         let wanted = weights.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 40)));
         wanted.map(|(_, w)| w.weight).sum::<f64>() / (30 * columns.len()) as f64
     };
-    // A single pass of the second tells its noise by neighbours, and no bias.
+    // A single pass of the second tells its noise by neighbours, and is not shown.
     let three = film(3, 0.9);
-    assert!(mean(&three, 0..40) < 0.05 && mean_square_error(&three, 0..5) < 0.1 * 0.04);
+    assert!(all(&three, 0.0), "two passes of the first and one of the second");
     let told = compared(&three).expect("both");
     let variance = told.iter().map(|pixel| pixel.variances[1]).sum::<f64>() / told.len() as f64;
     assert!((variance / (3.0 * 0.2f64.powi(2)) - 1.0).abs() < 0.1, "{variance}");

@@ -234,12 +234,21 @@ mod tests {
     }
 
     /// Even light is even between boundaries: photons everywhere in a strip or a corner bring a hit there as much as
-    /// they do far from any boundary, if their footprints are round; those beyond bring nothing.
+    /// they do far from any boundary, if their footprints are round and no strip is very thin; those beyond bring
+    /// nothing.
     #[test]
     fn boundaries_keep_even_light_even() {
         let far = BOUNDARY_FAR;
-        let lines = [[0.25, far, far, far], [0.25, 0.125, far, far], [0.5, far, 0.125, far], [0.1875; 4]];
-        for reach in lines {
+        let even = 0.98..1.02;
+        let lines = [
+            ([0.25, far, far, far], even.clone()),
+            ([0.25, 0.125, far, far], even.clone()),
+            ([0.5, far, 0.125, far], even.clone()),
+            ([0.1875; 4], even),
+            // A strip of a tenth of a semiaxis is thinner than footprints are made narrow: some of the light is lost.
+            ([0.025, 0.025, far, far], 0.3..0.9),
+        ];
+        for (reach, expected) in lines {
             let boundaries = Boundaries { across: [0.6, 0.8, 0.0], reach, unit: 2.0 };
             let hit = EyeHit { e: boundaries.stored(), ..lambert_hit([0.0; 3], [0.0, 0.0, 1.0], [1.0; 3]) };
             for weight in [Weight::Constant, Weight::Cone, Weight::Epanechnikov] {
@@ -253,8 +262,8 @@ mod tests {
                     let disc = Disc { position, normal, radii: [1.0; 2], flux: [1.0; 3], direction, caustic: false };
                     sum += density(&hit, &disc.stored().0, weight);
                 }
-                let even = sum * f64::from(cell * cell);
-                assert!((even - 1.0).abs() < 0.02, "{weight:?} within {reach:?}: {even}");
+                let found = sum * f64::from(cell * cell);
+                assert!(expected.contains(&found), "{weight:?} within {reach:?}: {found}");
             }
         }
     }

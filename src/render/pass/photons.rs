@@ -8,7 +8,7 @@ use super::transport::{BandLight, BandView, Transport};
 use super::{emission, eye};
 use crate::graph::{Buf, Graph};
 use crate::kernels::deposits::Deposits;
-use crate::kernels::eye::{self as look, EyeHits};
+use crate::kernels::eye::{EyeHits, boundaries};
 use crate::kernels::gather::{Band, Points, Program};
 use crate::kernels::photon::{PhotonMap, Reach};
 use crate::kernels::scene_data::SceneBuffers;
@@ -41,7 +41,7 @@ impl Transport for Photons {
         if let Some(stored) = &mut self.0 {
             if let Some(reach) = fold_reach(at.content) {
                 let EyeHits { hits, list, count, args, .. } = &mut hits;
-                g.scope("boundaries", |g| look::boundaries(g, at.buffers, reach, (list, count, args), hits));
+                g.scope("boundaries", |g| boundaries(g, at.buffers, reach, (list, count, args), hits));
             }
             gathered = g.scope("gather", |g| stored.gather(g, at, &hits, gathered));
         }
