@@ -8,7 +8,7 @@
 // ends near the point, footprints are folded back (lib/boundary.glsl).
 //
 // A kernel whose subgroups look at the same photons together defines ESTIMATE_TOGETHER: photons that no lane needs then
-// cost less.
+// cost less. A kernel that evaluates only what it has tested itself defines ESTIMATE_TESTED, and counts its tests.
 
 layout(constant_id = 5) const bool GLOSSY = true;
 layout(constant_id = 9) const bool SMOOTH_NORMALS = true;
@@ -94,7 +94,9 @@ void add_photon(inout Estimate sum, Photon p, Point x) {
     vec3 offset = x.s.position - uintBitsToFloat(p.a.xyz);
     vec2 at = relative_place(p, offset);
     float r2 = dot(at, at);
+#ifndef ESTIMATE_TESTED
     if (COUNT_PAIRS) sum.tested += 1.0;
+#endif
 #ifdef ESTIMATE_TOGETHER
     if (!subgroupAny(r2 < 1.0)) return;
 #else

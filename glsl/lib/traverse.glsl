@@ -45,8 +45,9 @@ bool trace_accepts(BvhTriangle triangle, uint index, vec2 barycentrics) {
 
 // Next reference from the stack whose box the ray still enters in time.
 uint trace_pop(inout uint top, float t_best) {
-    top--;
-    while (trace_stack_t[top] > t_best) top--;
+    do {
+        top--;
+    } while (trace_stack_t[top] > t_best);
     return trace_stack[top];
 }
 
@@ -66,9 +67,10 @@ Hit traverse(vec3 origin, vec3 direction, float t_min, float t_max, const bool a
     trace_stack_t[0] = uintBitsToFloat(0xff800000u); // -inf: never behind any t_max
     uint steps = 0u;
     // Two inner loops rather than one branch: software drivers execute both sides of a branch, but leave a loop early.
-    while (current != TRACE_DONE && steps < TRACE_MAX_STEPS) {
-        while ((current & BVH_LEAF) == 0u && steps < TRACE_MAX_STEPS) {
+    do {
+        do {
             steps++;
+            if ((current & BVH_LEAF) != 0u) break;
             BvhNode node = nodes[current];
             float leave0, leave1;
             float enter0 = max(box_enter(ray, node.min0.xyz, node.max0.xyz, leave0), t_min);
@@ -85,8 +87,9 @@ Hit traverse(vec3 origin, vec3 direction, float t_min, float t_max, const bool a
             }
             current = swap ? child1 : child0;
             if (!hit0 && !hit1) current = trace_pop(top, hit.t);
-        }
-        while (current != TRACE_DONE && (current & BVH_LEAF) != 0u && steps < TRACE_MAX_STEPS) {
+        } while ((current & BVH_LEAF) == 0u && steps < TRACE_MAX_STEPS);
+        do {
+            if (current == TRACE_DONE) break;
             steps++;
             uint index = current & BVH_FIRST_MASK;
             BvhTriangle triangle = triangles[index];
@@ -106,8 +109,8 @@ Hit traverse(vec3 origin, vec3 direction, float t_min, float t_max, const bool a
             current += 1u - BVH_COUNT_ONE;
             if (last) current = trace_pop(top, hit.t);
             if (any && hit.triangle != BVH_MISS) current = TRACE_DONE;
-        }
-    }
+        } while (current != TRACE_DONE && (current & BVH_LEAF) != 0u && steps < TRACE_MAX_STEPS);
+    } while (current != TRACE_DONE && steps < TRACE_MAX_STEPS);
     trace_cut = trace_cut || current != TRACE_DONE;
     return hit;
 }

@@ -8,6 +8,10 @@ use std::fmt::Write;
 /// Vulkan.
 const INDIRECT: [&str; 2] = ["DispatchArgs", "DrawArgs"];
 
+/// What the name of a struct ends on that is another view of the struct named before: `BvhNodeRows` are the words of a
+/// `BvhNode`, in parts that single lanes load. The host knows the struct only.
+const ROWS: &str = "Rows";
+
 /// The text of the generated file. Two kernels that use a struct of one name must agree on its layout.
 pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
     let mut structs = BTreeMap::new();
@@ -53,6 +57,7 @@ fn collect(ty: &Type, kernel: &str, structs: &mut BTreeMap<String, (Struct, Stri
     match ty {
         Type::Scalar(_) => Ok(()),
         Type::Array(element, _) => collect(element, kernel, structs),
+        Type::Struct(definition) if definition.name.ends_with(ROWS) => Ok(()),
         Type::Struct(definition) => {
             for member in &definition.members {
                 collect(&member.ty, kernel, structs)?;
@@ -74,7 +79,7 @@ pub(super) fn rust_type(ty: &Type) -> String {
         Type::Struct(definition) if INDIRECT.contains(&definition.name.as_str()) => {
             format!("crate::graph::{}", definition.name)
         }
-        Type::Struct(definition) => definition.name.clone(),
+        Type::Struct(definition) => definition.name.trim_end_matches(ROWS).to_owned(),
     }
 }
 

@@ -173,7 +173,7 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
     if !(features.raster && draws && formats_fit(instance, raw)) {
         features.without_graphics();
     }
-    let (lacks, blocking) = lacks(&features, version, queue_family.is_some());
+    let (lacks, blocking) = lacks(&features, &limits, version, queue_family.is_some());
     let info = DeviceInfo {
         index,
         name,
@@ -194,8 +194,11 @@ fn candidate(instance: &Instance, raw: vk::PhysicalDevice, index: usize) -> Resu
     Ok(Candidate { raw, info, version, extensions, queue_family, identity })
 }
 
+/// Invocations of the smallest subgroups that kernels work with: four lanes load a node of a tree together.
+const LEAST_SUBGROUP: u32 = 4;
+
 /// In words, what is missing: first what is required, and how much of it; then what would be used.
-fn lacks(features: &Features, version: u32, computes: bool) -> (Vec<String>, usize) {
+fn lacks(features: &Features, limits: &Limits, version: u32, computes: bool) -> (Vec<String>, usize) {
     let mut list = Vec::new();
     if version < vk::API_VERSION_1_2 {
         list.push("Vulkan 1.2".to_owned());
@@ -204,6 +207,9 @@ fn lacks(features: &Features, version: u32, computes: bool) -> (Vec<String>, usi
         list.push("a compute queue".to_owned());
     }
     list.extend(features.missing(REQUIRED));
+    if limits.subgroup_size_min < LEAST_SUBGROUP {
+        list.push(format!("subgroups of {LEAST_SUBGROUP} invocations or more"));
+    }
     let blocking = list.len();
     let optional: Vec<Feature> = Feature::ALL.iter().copied().filter(|feature| !REQUIRED.contains(feature)).collect();
     list.extend(features.missing(&optional));

@@ -93,7 +93,7 @@ fn compare_in(
         assert_eq!(difference(&found, &expected, tolerance), None, "{name}, {weight:?}, {} photons", discs.len());
         found
     };
-    ESTIMATORS.iter().map(one).collect()
+    ESTIMATORS.iter().filter(|(name, _)| !harness.fails_to_draw() || !name.starts_with("bounds")).map(one).collect()
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use bytemuck::Pod;
 use nephroid::low_level::graph::{BufferKind, DeviceClass, Graph, Operation, Persistent, Plan, Runtime};
+use nephroid::vk::DeviceKind;
 
 use super::random::Random;
 use super::{device, proof};
@@ -45,6 +46,12 @@ impl Harness {
     /// ([`nephroid::low_level::kernels::lbvh::Options`]).
     pub fn fences(&self) -> bool {
         self.runtime.device().loop_limit().is_none()
+    }
+
+    /// Whether the driver dies when it draws: lavapipe of Mesa 22.3.6 with subgroups of 16, in LLVM.
+    pub fn fails_to_draw(&self) -> bool {
+        let info = self.runtime.device().info();
+        info.kind == DeviceKind::Software && info.limits.subgroup_size > 8 && self.loop_limit().is_some()
     }
 
     /// Loop iterations that the driver runs in an invocation, if it ends loops.
