@@ -16,12 +16,18 @@ const ROWS: &str = "Rows";
 pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
     let mut structs = BTreeMap::new();
     let mut names = BTreeSet::new();
+    let mut rows = BTreeSet::new();
     for kernel in kernels {
         if !names.insert(kernel.name.as_str()) {
             return Err(format!("two kernels are named {}: a file name must be unique in all folders", kernel.name));
         }
         for binding in &kernel.bindings {
             collect(&binding.element, &kernel.name, &mut structs)?;
+            if let Type::Struct(Struct { name, .. }) = &binding.element
+                && name.ends_with(ROWS)
+            {
+                rows.insert((rust_type(&binding.element), binding.element.layout().0));
+            }
         }
         for member in kernel.params.iter().flat_map(|params| &params.members) {
             collect(&member.ty, &kernel.name, &mut structs)?;
@@ -34,6 +40,10 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
         } else {
             write_struct(&mut text, &definition.name, definition, "Layout shared with the kernels.");
         }
+    }
+    for (name, size) in rows {
+        let _ =
+            writeln!(text, "const _: () = assert!(size_of::<{name}>() == {size}, \"{name}{ROWS} has its size\");\n");
     }
     scene::write_buffers(&mut text, kernels)?;
     for kernel in kernels {

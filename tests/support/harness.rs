@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use bytemuck::Pod;
 use nephroid::low_level::graph::{BufferKind, DeviceClass, Graph, Operation, Persistent, Plan, Runtime};
-use nephroid::vk::DeviceKind;
+use nephroid::low_level::vk::DeviceKind;
 
 use super::random::Random;
 use super::{device, proof};
