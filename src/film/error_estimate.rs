@@ -183,7 +183,7 @@ impl ErrorEstimate {
             }
         }
         let most = schedule.count.max(second);
-        let relative = if most < 2.0 { None } else { relative(&numbers) };
+        let relative = if most < 2.0 { None } else { relative(&numbers, film.width as usize) };
         Self { bias: model.bias, relative, width: film.width as usize, count: most, schedule, model, numbers }
     }
 
@@ -250,12 +250,8 @@ impl ErrorEstimate {
         if n.noise > 0.0 { seen } else { seen.max(unseen) }
     }
 
-    /// The pixel and the up to eight around it.
     fn around(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        let (width, height) = (self.width, self.numbers.len() / self.width);
-        let (x, y) = (pixel % width, pixel / width);
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        rows.flat_map(move |row| (x.saturating_sub(1)..(x + 2).min(width)).map(move |column| row * width + column))
+        around(pixel, self.numbers.len(), self.width)
     }
 }
 
@@ -294,8 +290,27 @@ fn number([sum, squares, products]: [f64; 3], schedule: Schedule, bias: Bias) ->
     }
 }
 
+/// The pixel and the up to eight around it, of so many pixels in rows of `width`.
+fn around(pixel: usize, pixels: usize, width: usize) -> impl Iterator<Item = usize> {
+    let (height, x, y) = (pixels / width, pixel % width, pixel / width);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    rows.flat_map(move |row| (x.saturating_sub(1)..(x + 2).min(width)).map(move |column| row * width + column))
+}
+
+/// Square of what a channel of a pixel should be, to measure its error by. That of its mean is too great where light of
+/// a rare path has met the pixel, and then its error, which is that light, would look small beside it. The neighbours
+/// tell, as far as the noise of the pixel leaves it open.
+fn square_of_truth(numbers: &[[Number; 3]], width: usize, (pixel, channel): (usize, usize)) -> f64 {
+    let n = numbers[pixel][channel];
+    let (mean, noise) = (f64::from(n.mean), f64::from(n.noise));
+    let others = around(pixel, numbers.len(), width).filter(|at| *at != pixel);
+    let (count, sum) = others.fold((0.0, 0.0), |(n, sum), at| (n + 1.0, sum + f64::from(numbers[at][channel].mean)));
+    let seen = if count > 0.0 { sum / count } else { mean };
+    if (mean + noise).is_finite() { seen.clamp((mean - noise).max(0.0), mean.max(0.0)).powi(2) } else { mean * mean }
+}
+
 /// Root of the trimmed mean of the squared relative error; see [`ErrorEstimate::relative`].
-fn relative(numbers: &[[Number; 3]]) -> Option<f64> {
+fn relative(numbers: &[[Number; 3]], width: usize) -> Option<f64> {
     let luminance =
         |p: &[Number; 3]| p.iter().zip([0.2126, 0.7152, 0.0722]).map(|(n, w)| w * f64::from(n.mean)).sum::<f64>();
     let mean = numbers.iter().map(luminance).sum::<f64>() / numbers.len() as f64;
@@ -303,14 +318,16 @@ fn relative(numbers: &[[Number; 3]]) -> Option<f64> {
         return None;
     }
     let floor = (0.1 * mean).powi(2);
-    let part = |n: &Number| {
+    let part = |pixel: usize, channel: usize| {
+        let n = numbers[pixel][channel];
         let [noise, bias, bias_noise] = [n.noise, n.bias, n.bias_noise].map(|x| f64::from(x) * f64::from(x));
-        let weight = 1.0 / (f64::from(n.mean).powi(2) + floor) / 3.0;
+        let weight = 1.0 / (square_of_truth(numbers, width, (pixel, channel)) + floor) / 3.0;
         // The squared slope is on average too great by its own variance; a single difference may be negative.
         [noise * weight, (bias - bias_noise) * weight]
     };
     let add = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
-    let mut pixels: Vec<[f64; 2]> = numbers.iter().map(|p| p.iter().map(part).fold([0.0; 2], add)).collect();
+    let of_pixel = |pixel: usize| (0..3).map(|channel| part(pixel, channel)).fold([0.0; 2], add);
+    let mut pixels: Vec<[f64; 2]> = (0..numbers.len()).map(of_pixel).collect();
     let kept = pixels.len() - (pixels.len() as f64 * TRIM) as usize;
     pixels.select_nth_unstable_by(kept - 1, |a, b| f64::total_cmp(&(a[0] + a[1]), &(b[0] + b[1])));
     let [noise, bias] = pixels[..kept].iter().copied().fold([0.0; 2], add);
@@ -409,6 +426,15 @@ mod tests {
         let film = film(2000, 100, |_, _, _| 1.0 + 0.3 * random.normal());
         let (found, truth) = (estimate(&film, Bias::Estimated).relative.expect("known"), true_relative(&film));
         assert!((1.0..2.2).contains(&(found / truth)), "{found}, true {truth}");
+    }
+
+    /// A path that is met once in 2000 brings 100: where it is met it is most of the pixel's mean, and all of its error.
+    #[test]
+    fn light_of_rare_paths_counts_against_what_is_around_it() {
+        let mut random = Random(4);
+        let film = film(2000, 100, |_, _, _| if random.unit() < 5e-4 { 100.95 } else { 0.95 });
+        let (found, truth) = (estimate(&film, Bias::None).relative.expect("known"), true_relative(&film));
+        assert!((0.8..1.2).contains(&(found / truth)), "{found}, true {truth}");
     }
 
     #[test]

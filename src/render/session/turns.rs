@@ -22,8 +22,8 @@ const OPENING: Round = Round { first: 2, second: 1 };
 const OPENING_OF_PATHS: Round = Round { first: 2, second: 6 };
 
 /// Time of a shadow ray, of a photon in whose footprint an eye hit lies with all that are tested for it, and of the
-/// boundaries around a hit, in that of a ray of an eye path: from passes of twenty scenes on two cores, lavapipe 25.0.7,
-/// to a factor of 1.5; boundaries from six scenes, 22.3.6.
+/// boundaries around a hit, in that of a ray of an eye path: from passes of twenty scenes on two cores with lavapipe
+/// 25.0.7, to a factor of 1.5; boundaries from six scenes with 22.3.6.
 const WORK_OF_SHADOW: f64 = 0.5;
 const WORK_OF_PAIR: f64 = 0.1;
 const WORK_OF_BOUNDARIES: f64 = 2.5;
