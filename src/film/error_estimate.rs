@@ -428,7 +428,7 @@ mod tests {
         assert!((1.0..2.2).contains(&(found / truth)), "{found}, true {truth}");
     }
 
-    /// A path that is met once in 2000 brings 100: where it is met it is most of the pixel's mean, and all of its error.
+    /// Paths met once in 2000 bring 100: where it is met it is most of the pixel's mean and all of its error.
     #[test]
     fn light_of_rare_paths_counts_against_what_is_around_it() {
         let mut random = Random(4);
