@@ -299,14 +299,18 @@ fn around(pixel: usize, pixels: usize, width: usize) -> impl Iterator<Item = usi
 
 /// Square of what a channel of a pixel should be, to measure its error by. That of its mean is too great where light of
 /// a rare path has met the pixel, and then its error, which is that light, would look small beside it. The neighbours
-/// tell, as far as the noise of the pixel leaves it open.
+/// tell, within what the noise of the pixel leaves open: the second brightest of them, as edges and lines that are
+/// bright have two such neighbours everywhere.
 fn square_of_truth(numbers: &[[Number; 3]], width: usize, (pixel, channel): (usize, usize)) -> f64 {
     let n = numbers[pixel][channel];
     let (mean, noise) = (f64::from(n.mean), f64::from(n.noise));
-    let others = around(pixel, numbers.len(), width).filter(|at| *at != pixel);
-    let (count, sum) = others.fold((0.0, 0.0), |(n, sum), at| (n + 1.0, sum + f64::from(numbers[at][channel].mean)));
-    let seen = if count > 0.0 { sum / count } else { mean };
-    if (mean + noise).is_finite() { seen.clamp((mean - noise).max(0.0), mean.max(0.0)).powi(2) } else { mean * mean }
+    let mut brightest = [f64::NEG_INFINITY; 2];
+    for at in around(pixel, numbers.len(), width).filter(|at| *at != pixel) {
+        let other = f64::from(numbers[at][channel].mean);
+        brightest = if other > brightest[0] { [other, brightest[0]] } else { [brightest[0], brightest[1].max(other)] };
+    }
+    let known = (mean + noise).is_finite() && brightest[1].is_finite();
+    if known { brightest[1].clamp((mean - noise).max(0.0), mean.max(0.0)).powi(2) } else { mean * mean }
 }
 
 /// Root of the trimmed mean of the squared relative error; see [`ErrorEstimate::relative`].
