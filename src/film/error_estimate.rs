@@ -183,7 +183,9 @@ impl ErrorEstimate {
             }
         }
         let most = schedule.count.max(second);
-        let relative = if most < 2.0 { None } else { relative(&numbers, film.width as usize) };
+        // Footprints spread what is rare; in films of two methods highlights of glass would pass for it.
+        let has_rare_paths = model.bias == Bias::None && film.mix.is_none();
+        let relative = if most < 2.0 { None } else { relative(&numbers, film.width as usize, has_rare_paths) };
         Self { bias: model.bias, relative, width: film.width as usize, count: most, schedule, model, numbers }
     }
 
@@ -313,8 +315,9 @@ fn square_of_truth(numbers: &[[Number; 3]], width: usize, (pixel, channel): (usi
     if known { brightest[1].clamp((mean - noise).max(0.0), mean.max(0.0)).powi(2) } else { mean * mean }
 }
 
-/// Root of the trimmed mean of the squared relative error; see [`ErrorEstimate::relative`].
-fn relative(numbers: &[[Number; 3]], width: usize) -> Option<f64> {
+/// Root of the trimmed mean of the squared relative error; see [`ErrorEstimate::relative`]. Where paths may be rare, a
+/// pixel that met one is told by its neighbours.
+fn relative(numbers: &[[Number; 3]], width: usize, has_rare_paths: bool) -> Option<f64> {
     let luminance =
         |p: &[Number; 3]| p.iter().zip([0.2126, 0.7152, 0.0722]).map(|(n, w)| w * f64::from(n.mean)).sum::<f64>();
     let mean = numbers.iter().map(luminance).sum::<f64>() / numbers.len() as f64;
@@ -325,7 +328,9 @@ fn relative(numbers: &[[Number; 3]], width: usize) -> Option<f64> {
     let part = |pixel: usize, channel: usize| {
         let n = numbers[pixel][channel];
         let [noise, bias, bias_noise] = [n.noise, n.bias, n.bias_noise].map(|x| f64::from(x) * f64::from(x));
-        let weight = 1.0 / (square_of_truth(numbers, width, (pixel, channel)) + floor) / 3.0;
+        let own = f64::from(n.mean).powi(2);
+        let square = if has_rare_paths { square_of_truth(numbers, width, (pixel, channel)) } else { own };
+        let weight = 1.0 / (square + floor) / 3.0;
         // The squared slope is on average too great by its own variance; a single difference may be negative.
         [noise * weight, (bias - bias_noise) * weight]
     };
