@@ -96,8 +96,6 @@ impl SlotList {
 pub const EYE_RAYS: &str = "eye rays";
 /// See [`EYE_RAYS`].
 pub const SHADOW_RAYS: &str = "shadow rays";
-/// See [`EYE_RAYS`]: hits around which boundaries are looked for, by rays that are short.
-pub const BOUNDED_HITS: &str = "hits with boundaries";
 
 /// Buffers of the paths in flight, by slot.
 pub(super) struct Paths {
@@ -345,7 +343,6 @@ pub fn boundaries(
         count,
         eye_hits: hits,
     };
-    g.tally(BOUNDED_HITS, 1, count);
     let Reach { widest, shrinking, constant } = reach;
     let params = EyeBoundariesParams { widest, shrinking, constant };
     g.dispatch(EyeBoundaries, Grid::Indirect(args), params, bind);

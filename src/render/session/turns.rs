@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::film::accumulate::PassSet;
 use crate::film::mix::{Round, Turns};
 use crate::film::shares;
-use crate::kernels::eye::{BOUNDED_HITS, EYE_RAYS, SHADOW_RAYS};
+use crate::kernels::eye::{EYE_RAYS, SHADOW_RAYS};
 use crate::kernels::photon::PHOTON_RAYS;
 use crate::render::pass::eye;
 use crate::render::settings::{Estimator, Method, PhotonBuild, Sampling, Settings};
@@ -21,12 +21,10 @@ const OPENING: Round = Round { first: 2, second: 1 };
 /// The same where paths find by themselves what focuses light: they are likely to serve the rest of the scene, too.
 const OPENING_OF_PATHS: Round = Round { first: 2, second: 6 };
 
-/// Time of a shadow ray, of a photon in whose footprint an eye hit lies with all that are tested for it, and of the
-/// boundaries around a hit, in that of a ray of an eye path: from passes of twenty scenes on two cores with lavapipe
-/// 25.0.7, to a factor of 1.5; boundaries from six scenes with 22.3.6.
+/// Time of a shadow ray, and of a photon in whose footprint an eye hit lies with all that are tested for it, in that of
+/// a ray of an eye path: from passes of twenty scenes on two cores, lavapipe 25.0.7, to a factor of 1.5.
 const WORK_OF_SHADOW: f64 = 0.5;
 const WORK_OF_PAIR: f64 = 0.1;
-const WORK_OF_BOUNDARIES: f64 = 2.5;
 
 /// What the seed of the passes of paths differs by.
 const OTHER_SEED: u32 = 0x5bd1_e995;
@@ -188,7 +186,6 @@ impl Session {
         let samples =
             if self.settings.method.traits().traces_paths { 1 } else { eye::light_samples(&self.device_scene) };
         let pairs = shadow_rays / f64::from(samples.max(1)) * self.coverage.filter(|c| c.is_finite()).unwrap_or(0.0);
-        let boundaries = WORK_OF_BOUNDARIES * count(BOUNDED_HITS);
-        count(EYE_RAYS) + count(PHOTON_RAYS) + WORK_OF_SHADOW * shadow_rays + WORK_OF_PAIR * pairs + boundaries
+        count(EYE_RAYS) + count(PHOTON_RAYS) + WORK_OF_SHADOW * shadow_rays + WORK_OF_PAIR * pairs
     }
 }
