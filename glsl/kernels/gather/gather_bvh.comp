@@ -85,7 +85,7 @@ uint covering(uint first, uint count, vec3 point) {
     if (gl_SubgroupSize >= 8u) {
         [[unroll]] for (uint k = 4u; k < 8u; ++k) mask |= covers_bit(k, point, place, u, v);
     }
-    return count < 32u ? mask & ((1u << count) - 1u) : mask;
+    return mask & ((1u << count) - 1u);
 }
 
 // Which of the photons of a leaf the walk visits.
@@ -146,6 +146,7 @@ void main() {
             if (mask != 0u) noted[count++] = uvec2(first, mask);
             if (STEP_LIMIT != 0u) steps += of_leaf;
             current = stack[--top];
+            if (STEP_LIMIT != 0u && steps > STEP_LIMIT) break;
         } while (current != DONE && !subgroupAny(count == NOTED));
         if (count > 0u) evaluate(sum, x, count);
         if (STEP_LIMIT != 0u && steps > STEP_LIMIT) break;

@@ -53,20 +53,6 @@ pub(super) fn finish(
     photons: (&Buf<Photon>, &Buf<u32>),
     gathered: &mut Buf<[f32; 4]>,
 ) {
-    // A list that cannot exceed the limit needs nothing: two nodes at most are visited for each photon.
-    if photons.0.len() > program.step_limit() / 3 {
-        finish_always(g, program, points, photons, gathered);
-    }
-}
-
-/// As [`finish`], for estimators whose steps no number of photons bounds.
-pub(super) fn finish_always(
-    g: &mut Graph,
-    program: Program,
-    points: Points<'_>,
-    photons: (&Buf<Photon>, &Buf<u32>),
-    gathered: &mut Buf<[f32; 4]>,
-) {
     if program.loop_limit.is_none() {
         return;
     }

@@ -26,7 +26,7 @@ pub fn bvh(
         count_pairs: program.count_pairs,
         walk_stride: program.walk.stride,
         walk_ratio: program.walk.ratio,
-        step_limit: program.step_limit(),
+        step_limit: step_limit(&program),
         record: map.records.as_ref().map_or(Record::Full, |r| r.record).code(),
     };
     let bind = GatherBvhBindings {
@@ -42,5 +42,13 @@ pub fn bvh(
         gathered,
     };
     g.dispatch(kernel, Grid::Indirect(points.args), (), bind);
-    finish(g, program, points, (&deposits.photons, &deposits.count), gathered);
+    // Three steps at most for each photon: two nodes, and itself.
+    if deposits.photons.len() > step_limit(&program) / 3 {
+        finish(g, program, points, (&deposits.photons, &deposits.count), gathered);
+    }
+}
+
+/// Steps of a walk: all its loops together, which test, choose and evaluate, run three times for each.
+fn step_limit(program: &Program) -> u32 {
+    program.step_limit() / 2
 }

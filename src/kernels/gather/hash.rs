@@ -10,7 +10,7 @@
 //! contiguous; an open-addressing table with quadratic probing and power-of-two size maps a key to its run. Two cells
 //! of a level may have one key: that costs tests. The table's layout may differ between runs, what is found does not.
 
-use super::brute::finish_always;
+use super::brute::finish;
 use super::{Points, Program};
 pub use crate::constants::{HASH_LEVEL_SHIFT as HASH_BITS, HASH_LEVELS as LEVELS, HASH_NONE as NONE};
 use crate::graph::{Buf, Graph, Grid};
@@ -255,5 +255,5 @@ pub fn hash(
     g.dispatch(kernel, Grid::Indirect(points.args), GatherHashParams { mask: grid.table.len() - 1 }, bind);
     // Sorted photons give the same bits as the grid's full ones; of packed ones the deposits are the discs.
     let photons = if grid.packed.is_some() { &deposits.photons } else { &grid.photons };
-    finish_always(g, program, points, (photons, &grid.count), gathered);
+    finish(g, program, points, (photons, &grid.count), gathered);
 }
