@@ -67,6 +67,7 @@ Hit traverse(vec3 origin, vec3 direction, float t_min, float t_max, const bool a
     trace_stack_t[0] = uintBitsToFloat(0xff800000u); // -inf: never behind any t_max
     uint steps = 0u;
     // Two inner loops rather than one branch: software drivers execute both sides of a branch, but leave a loop early.
+    // They leave it at its end only, so that is where loops test.
     do {
         do {
             steps++;

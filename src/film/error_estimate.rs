@@ -183,7 +183,7 @@ impl ErrorEstimate {
             }
         }
         let most = schedule.count.max(second);
-        // Footprints spread what is rare; in films of two methods highlights of glass would pass for it.
+        // Footprints spread what is rare; of two methods in turns the estimate became far too great behind glass.
         let has_rare_paths = model.bias == Bias::None && film.mix.is_none();
         let relative = if most < 2.0 { None } else { relative(&numbers, film.width as usize, has_rare_paths) };
         Self { bias: model.bias, relative, width: film.width as usize, count: most, schedule, model, numbers }

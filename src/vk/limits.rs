@@ -342,3 +342,43 @@ fn text(chars: &[std::ffi::c_char]) -> String {
     let bytes: Vec<u8> = chars.iter().map(|&c| c as u8).take_while(|&c| c != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()
 }
+
+#[cfg(test)]
+impl Limits {
+    /// Those of lavapipe, about.
+    pub(super) fn of_a_processor() -> Self {
+        Self {
+            storage_range: 1 << 27,
+            allocation: 1 << 31,
+            heap: 1 << 31,
+            groups: [65535; 3],
+            shared_bytes: 32768,
+            invocations: 1024,
+            group_size: [1024; 3],
+            push_bytes: 128,
+            subgroup_size: 8,
+            subgroup_size_min: 8,
+            subgroup_size_max: 8,
+            storage_buffers: 32,
+            storage_alignment: 64,
+            image_side: 16_384,
+            timestamp_period_ns: 1.0,
+            timestamp_bits: 64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subgroups_that_are_too_small_make_a_device_unusable() {
+        let blocking = |subgroup_size_min| {
+            let limits = Limits { subgroup_size_min, ..Limits::of_a_processor() };
+            lacks(&Features::default(), &limits, vk::API_VERSION_1_3, true).1
+        };
+        assert_eq!(blocking(LEAST_SUBGROUP), blocking(8));
+        assert_eq!(blocking(LEAST_SUBGROUP - 1), blocking(8) + 1);
+    }
+}

@@ -89,31 +89,13 @@ mod tests {
     use crate::vk::limits::{Identity, Limits};
 
     fn candidate(index: usize, name: &str, kind: DeviceKind, lacks: &[&str]) -> Candidate {
-        let limits = Limits {
-            storage_range: 1 << 27,
-            allocation: 1 << 31,
-            heap: 1 << 31,
-            groups: [65535; 3],
-            shared_bytes: 32768,
-            invocations: 1024,
-            group_size: [1024; 3],
-            push_bytes: 128,
-            subgroup_size: 8,
-            subgroup_size_min: 8,
-            subgroup_size_max: 8,
-            storage_buffers: 32,
-            storage_alignment: 64,
-            image_side: 16_384,
-            timestamp_period_ns: 1.0,
-            timestamp_bits: 64,
-        };
         let info = DeviceInfo {
             index,
             name: name.into(),
             kind,
             driver: String::new(),
             api_version: (1, 3, 0),
-            limits,
+            limits: Limits::of_a_processor(),
             features: Features::default(),
             lacks: lacks.iter().map(|&text| text.to_owned()).collect(),
             blocking: lacks.len(),
