@@ -20,7 +20,9 @@ const uint ENERGY_ESCAPED = 2u;   /// Left the scene.
 const uint ENERGY_ENDED = 3u;     /// Caustic photons at surfaces that scatter widely, with what they stored there.
 const uint ENERGY_CUT = 4u;       /// Still in flight at the limit of bounces.
 const uint ENERGY_CLAMPED = 5u;   /// Refused by a guard.
-const uint ENERGIES = 6u;         /// Number of them.
+/// Lost by maps that know of no surface (Yao et al. 2010). It has the bits of ENERGY_ESCAPED, which is added to it.
+const uint ENERGY_LOST = 6u;
+const uint ENERGIES = 7u;         /// Number of them.
 
 // Eye hit: seen by way of a mirror or glass, so not at its pixel's place in space.
 const uint EYE_HIT_BENT = 0x80000000u;

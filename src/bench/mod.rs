@@ -8,6 +8,7 @@ mod blobs;
 pub mod estimators;
 pub mod growth;
 mod host_sort;
+mod maps;
 mod photon_map;
 mod primitives;
 mod rays;
@@ -16,6 +17,7 @@ mod splats;
 mod update;
 
 pub use blobs::blobs;
+pub use maps::{MapsReport, MapsRow, kinds as kinds_of_maps, maps};
 pub use photon_map::{
     BuilderTimes, LEAF_SIZES, LeafTime, PERCENTILES, PhotonMapEffort, PhotonMapReport, Queries, Radii, photon_map,
 };

@@ -24,6 +24,7 @@ pub(super) const FLAGS: &[(&str, &str)] = &[
     ("photons", "--photons"),
     ("record", "--photon-record"),
     ("sampling", "--sampling"),
+    ("tracer", "--tracer"),
     ("seed", "--seed"),
     ("select", "--device"),
     ("validate", "--validate"),

@@ -6,7 +6,7 @@ use clap::builder::PossibleValue;
 use crate::picture::tonemap::Curve;
 pub use crate::render::names::{
     FootprintRule, Size, bound_vertices, choose_camera, footprint, knn_photons, largest_footprint, sampling, size,
-    smoothing,
+    smoothing, tracer,
 };
 use crate::render::{Amplification, Estimator, Method, Named, PhotonBuild, Record, Weight};
 

@@ -8,7 +8,8 @@
 use super::generated::{PhotonCut, PhotonCutBindings, PhotonEnergy, PhotonEnergyBindings, PhotonEnergyParams};
 pub use crate::constants::ENERGIES;
 use crate::constants::{
-    ENERGY_ABSORBED, ENERGY_CLAMPED, ENERGY_CUT, ENERGY_ENDED, ENERGY_ESCAPED, ENERGY_IN_FLIGHT, PATH_END_SHIFT,
+    ENERGY_ABSORBED, ENERGY_CLAMPED, ENERGY_CUT, ENERGY_ENDED, ENERGY_ESCAPED, ENERGY_IN_FLIGHT, ENERGY_LOST,
+    PATH_END_SHIFT,
 };
 use crate::graph::{Buf, Graph, Grid};
 
@@ -24,6 +25,8 @@ pub struct Ledger {
     pub absorbed: f64,
     /// Left the scene.
     pub escaped: f64,
+    /// Not followed further: no environment map knows of a surface ([`crate::kernels::maps`]).
+    pub lost: f64,
     /// Brought by caustic photons to surfaces that scatter widely, where these photons end with what they stored.
     pub ended: f64,
     /// Still in flight at the limit of bounces.
@@ -41,6 +44,7 @@ impl Ledger {
             emitted: start[ENERGY_IN_FLIGHT as usize],
             absorbed: at(ENERGY_ABSORBED),
             escaped: at(ENERGY_ESCAPED),
+            lost: at(ENERGY_LOST),
             ended: at(ENERGY_ENDED),
             cut: at(ENERGY_CUT),
             clamped: at(ENERGY_CLAMPED),
@@ -48,12 +52,13 @@ impl Ledger {
     }
 
     /// The entries by name.
-    pub fn entries(&self) -> [(&'static str, f64); 6] {
-        let Self { emitted, absorbed, escaped, ended, cut, clamped } = *self;
+    pub fn entries(&self) -> [(&'static str, f64); 7] {
+        let Self { emitted, absorbed, escaped, lost, ended, cut, clamped } = *self;
         [
             ("emitted", emitted),
             ("absorbed", absorbed),
             ("escaped", escaped),
+            ("lost", lost),
             ("ended", ended),
             ("cut", cut),
             ("clamped", clamped),
@@ -62,14 +67,15 @@ impl Ledger {
 
     /// From entries by name; missing ones are 0.
     pub fn from_entries(entry: impl Fn(&str) -> f64) -> Self {
-        let [emitted, absorbed, escaped, ended, cut, clamped] = Self::default().entries().map(|(name, _)| entry(name));
-        Self { emitted, absorbed, escaped, ended, cut, clamped }
+        let [emitted, absorbed, escaped, lost, ended, cut, clamped] =
+            Self::default().entries().map(|(name, _)| entry(name));
+        Self { emitted, absorbed, escaped, lost, ended, cut, clamped }
     }
 
     /// Adds the light of another pass.
     pub fn add(&mut self, other: &Self) {
         let (ours, theirs) = (self.entries().map(|e| e.1), other.entries().map(|e| e.1));
-        let sum: [f64; 6] = std::array::from_fn(|k| ours[k] + theirs[k]);
+        let sum: [f64; 7] = std::array::from_fn(|k| ours[k] + theirs[k]);
         *self = Self::from_entries(|name| {
             self.entries().iter().position(|(known, _)| *known == name).map_or(0.0, |place| sum[place])
         });
@@ -77,8 +83,8 @@ impl Ledger {
 
     /// The part of the emitted light that is not accounted for; 0 where none was emitted.
     pub fn imbalance(&self) -> f64 {
-        let Self { emitted, absorbed, escaped, ended, cut, clamped } = *self;
-        if emitted == 0.0 { 0.0 } else { (absorbed + escaped + ended + cut + clamped) / emitted - 1.0 }
+        let Self { emitted, absorbed, escaped, lost, ended, cut, clamped } = *self;
+        if emitted == 0.0 { 0.0 } else { (absorbed + escaped + lost + ended + cut + clamped) / emitted - 1.0 }
     }
 }
 
@@ -135,11 +141,12 @@ mod tests {
 
     #[test]
     fn a_ledger_closes_only_if_all_is_there() {
-        let ledger = Ledger { emitted: 6.0, absorbed: 1.0, escaped: 2.0, ended: 1.5, cut: 1.0, clamped: 0.5 };
+        let ledger =
+            Ledger { emitted: 6.25, absorbed: 1.0, escaped: 2.0, lost: 0.25, ended: 1.5, cut: 1.0, clamped: 0.5 };
         assert_eq!(ledger.imbalance(), 0.0);
         let mut two = ledger;
         two.add(&ledger);
-        assert_eq!((two.emitted, two.clamped, two.imbalance()), (12.0, 1.0, 0.0));
+        assert_eq!((two.emitted, two.clamped, two.imbalance()), (12.5, 1.0, 0.0));
         let entries = ledger.entries();
         let named = |name: &str| entries.iter().find(|(known, _)| *known == name).map_or(0.0, |(_, value)| *value);
         assert_eq!(Ledger::from_entries(named), ledger);

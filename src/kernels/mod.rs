@@ -14,6 +14,8 @@ pub mod lbvh;
 pub mod lbvh_reference;
 pub mod light;
 pub mod lobes;
+pub mod maps;
+pub mod maps_reference;
 pub mod path;
 pub mod photon;
 pub mod records;

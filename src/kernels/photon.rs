@@ -12,6 +12,7 @@ use super::generated::{
     PhotonBounceBindings, PhotonBounceParams, PhotonEmit, PhotonEmitBindings, PhotonEmitParams, PhotonSort,
     PhotonSortBindings, TraceList,
 };
+use super::maps::{self, Maps, Search};
 use super::records::{self, Record, Records};
 use super::scene_data::{SceneBuffers, Variant};
 use super::{Items, compact, energy, lbvh};
@@ -97,9 +98,19 @@ enum Leaves {
 #[derive(Clone, Copy)]
 struct PhotonTrace<'a> {
     scene: &'a SceneBuffers,
+    how: Tracing<'a>,
     variant: Variant,
     emission: Emission,
     leaves: Leaves,
+}
+
+/// What kernels are specialised for, and what photons are traced in: maps, or the tree of the scene.
+#[derive(Clone, Copy)]
+pub struct Tracing<'a> {
+    /// What the kernels are specialised for.
+    pub variant: Variant,
+    /// Maps to trace in, and how.
+    pub maps: Option<(Maps<'a>, Search)>,
 }
 
 /// Kind of work for [`Graph::tally`]: rays of photons with what is done where they end.
@@ -130,13 +141,19 @@ struct Pending {
 }
 
 /// Emits one class of photons and follows them to the end.
-pub fn trace(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
-    follow(g, PhotonTrace { scene, variant: v, emission, leaves: Leaves::Footprints }, deposits);
+pub fn trace(g: &mut Graph, scene: &SceneBuffers, how: Tracing<'_>, emission: Emission, deposits: &mut Deposits) {
+    follow(g, PhotonTrace { scene, how, variant: how.variant, emission, leaves: Leaves::Footprints }, deposits);
 }
 
 /// The same photons, which leave light vertices instead of footprints in the room of [`Deposits::vertices`].
-pub fn trace_vertices(g: &mut Graph, scene: &SceneBuffers, v: Variant, emission: Emission, deposits: &mut Deposits) {
-    follow(g, PhotonTrace { scene, variant: v, emission, leaves: Leaves::Vertices }, deposits);
+pub fn trace_vertices(
+    g: &mut Graph,
+    scene: &SceneBuffers,
+    how: Tracing<'_>,
+    emission: Emission,
+    deposits: &mut Deposits,
+) {
+    follow(g, PhotonTrace { scene, how, variant: how.variant, emission, leaves: Leaves::Vertices }, deposits);
 }
 
 fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
@@ -152,9 +169,8 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
     let emitted = g.scope("photon energy", |g| energy::sum(g, flight.photons()));
     for step in 0..photons.emission.max_bounces {
         g.scope("photon bounce", |g| {
-            let kernel = TraceList { photons: true };
             g.tally(PHOTON_RAYS, 1, &list.count);
-            trace_list(g, photons.scene, &list, kernel, (&flight.rays, &mut flight.hits));
+            meet(g, photons, &list, &mut flight);
             if photons.variant.absorption {
                 let Flight { rays, hits, states, .. } = &mut flight;
                 trace_medium(g, photons.scene, &list, InFlight { rays, hits, states });
@@ -170,6 +186,15 @@ fn follow(g: &mut Graph, photons: PhotonTrace<'_>, deposits: &mut Deposits) {
     });
     deposits.energies.push(Energies { caustic: photons.emission.caustic, emitted, ended });
     deposits.truncated.push(list.count);
+}
+
+/// Finds where the listed photons meet a surface.
+fn meet(g: &mut Graph, photons: PhotonTrace<'_>, list: &SlotList, flight: &mut Flight) {
+    let Flight { rays, hits, states, .. } = flight;
+    match photons.how.maps {
+        Some(maps) => maps::trace(g, &photons.scene.triangles, maps, list, (rays, hits, states)),
+        None => trace_list(g, photons.scene, list, TraceList { photons: true }, (rays, hits)),
+    }
 }
 
 fn emit(g: &mut Graph, photons: PhotonTrace<'_>, flight: &mut Flight) -> SlotList {
@@ -196,7 +221,7 @@ fn bounce(
     list: &SlotList,
     (flight, counters): (&mut Flight, &mut Buf<u32>),
 ) -> (Pending, Buf<u32>) {
-    let PhotonTrace { scene, variant, emission, leaves } = photons;
+    let PhotonTrace { scene, variant, emission, leaves, .. } = photons;
     let n = emission.count;
     let (boxed, (footprint, radius_min, radius_max)) = match leaves {
         Leaves::Footprints => (n, emission.footprint.code(emission.largest)),

@@ -8,11 +8,14 @@ mod settings;
 pub use crate::kernels::gather::{Amplification, Weight};
 pub use crate::kernels::photon::Footprint;
 pub use pass::leaf_size::{automatic as automatic_leaf, coverage};
+pub use scene::maps::{SceneMaps, Surfaces, candidates as map_candidates};
 pub use scene::upload::DeviceScene;
 pub use session::changes::{Change, Changes, Step, Steps};
 pub use session::estimator_bytes::EstimatorBytes;
 pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{CLASSES, Choice, Session, Statistics, Updated};
-pub use settings::{Estimator, Lens, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, by_name};
+pub use settings::{
+    Estimator, Lens, MapSettings, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, Tracer, by_name,
+};
 pub use settings::{names, ranges};

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use serde::de::{Deserialize, Deserializer, Visitor};
 
 use crate::render::names::{self, FootprintRule, Size};
-use crate::render::{Estimator, Method, Named, PhotonBuild, Record, Sampling, Settings, Weight, by_name};
+use crate::render::{Estimator, Method, Named, PhotonBuild, Record, Sampling, Settings, Tracer, Weight, by_name};
 use crate::scene::Scene;
 
 /// What can be read from a word or a number.
@@ -74,6 +74,12 @@ impl<T: Named> Spelled for T {
 impl Spelled for Sampling {
     fn spelled(text: &str) -> Result<Self, String> {
         names::sampling(text)
+    }
+}
+
+impl Spelled for Tracer {
+    fn spelled(text: &str) -> Result<Self, String> {
+        names::tracer(text)
     }
 }
 
@@ -157,6 +163,8 @@ pub struct VariantSettings {
     pub knn_photons: Option<Written<Count>>,
     /// As `--sampling`.
     pub sampling: Option<Written<Sampling>>,
+    /// As `--tracer`.
+    pub tracer: Option<Written<Tracer>>,
     /// As `--footprint`.
     pub footprint: Option<Written<FootprintRule>>,
     /// As `--kernel`.
@@ -196,6 +204,7 @@ impl VariantSettings {
             ("photon_build", text(&self.photon_build)),
             ("knn_photons", text(&self.knn_photons)),
             ("sampling", text(&self.sampling)),
+            ("tracer", text(&self.tracer)),
             ("footprint", text(&self.footprint)),
             ("kernel", text(&self.weight)),
             ("photon_record", text(&self.photon_record)),
@@ -236,6 +245,7 @@ impl VariantSettings {
             photon_build: or(&self.photon_build, d.photon_build),
             knn_photons: or(&self.knn_photons, Count(d.knn_photons)).0,
             sampling: or(&self.sampling, d.sampling),
+            tracer: or(&self.tracer, d.tracer),
             weight: or(&self.weight, d.weight),
             footprint: or(&self.footprint, FootprintRule::Differential).in_scene(scene),
             record: or(&self.photon_record, d.record),

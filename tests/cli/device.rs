@@ -409,7 +409,7 @@ fn bits(picture: &Picture, name: &str) -> Vec<u32> {
 fn passes_after_the_render_change_what_they_say_and_are_written_down() {
     let _turn = turn();
     let folder = folder();
-    let line = "render @cornell.glb --size 32x24 --passes 2 --device % -q";
+    let line = "render @cornell.glb --size 32x24 --passes 2 --method photons --device % -q";
     success(&format!("{line} -o plain.exr -o plain.png --aov all --report plain.json"), folder.path());
     let passes = "--ssao 1.5 --aperture 0.3 --focus 6 --depth-of-field screen --bloom 0.2 --saturation 0 --antialias";
     success(&format!("{line} -o post.exr -o post.png --report post.json {passes}"), folder.path());
@@ -453,7 +453,7 @@ fn passes_after_the_render_change_what_they_say_and_are_written_down() {
 fn a_lens_blurs_and_is_written_down() {
     let _turn = turn();
     let folder = folder();
-    let line = "render @cornell.glb --size 32x24 --passes 2 --device % -q";
+    let line = "render @cornell.glb --size 32x24 --passes 2 --method photons --device % -q";
     success(&format!("{line} -o pinhole.exr"), folder.path());
     success(&format!("{line} -o lens.exr --aperture 0.5 --focus 4 --report lens.json"), folder.path());
     success(&format!("{line} -o number.exr --aperture f/1.4 --focus 4"), folder.path());
@@ -474,7 +474,10 @@ fn a_lens_blurs_and_is_written_down() {
         assert_refused(&line, folder.path(), 1, "orthographic");
     }
     assert!(!folder.path().join("no.exr").exists());
-    success("render parallel.gltf --size 4x4 --passes 1 --device % -q -o yes.exr --ssao 1 --bloom 0.1", folder.path());
+    success(
+        "render parallel.gltf --size 4x4 --passes 1 --method photons --device % -q -o yes.exr --ssao 1 --bloom 0.1",
+        folder.path(),
+    );
 }
 
 #[test]
@@ -531,7 +534,7 @@ fn signals_in_quick_succession_lose_no_picture() {
     let _turn = turn();
     for signals in [&["HUP", "TERM"][..], &["INT", "INT", "INT"], &["TERM", "TERM", "HUP", "INT"]] {
         let folder = folder();
-        let line = "render @cornell.glb --size 32x24 --time 10m -o a.exr --device %";
+        let line = "render @cornell.glb --size 32x24 --method photons --time 10m -o a.exr --device %";
         let (child, progress) = begun(line, folder.path());
         send(signals, &child);
         let rest: Vec<String> = progress.map_while(Result::ok).collect();
@@ -546,9 +549,14 @@ fn a_limit_on_the_size_of_files_is_an_error_and_no_crash() {
     let _turn = turn();
     let folder = folder();
     // Compiled kernels first: the driver would lose them to the limit.
-    success("render @cornell.glb --size 256x256 --passes 1 --photons 1k -o a.exr --device % -q", folder.path());
-    let mut program =
-        command("render @cornell.glb --size 256x256 --passes 1 --photons 1k -o b.exr --device % -q", folder.path());
+    success(
+        "render @cornell.glb --size 256x256 --passes 1 --photons 1k --method photons -o a.exr --device % -q",
+        folder.path(),
+    );
+    let mut program = command(
+        "render @cornell.glb --size 256x256 --passes 1 --photons 1k --method photons -o b.exr --device % -q",
+        folder.path(),
+    );
     let words: Vec<_> = program.get_args().map(|word| word.to_owned()).collect();
     program = Command::new("bash");
     program.args(["-c", "ulimit -f 16; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_nephroid")]).args(words);

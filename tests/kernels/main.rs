@@ -12,6 +12,7 @@ mod gather_knn;
 mod hash_grid;
 mod lbvh;
 mod lobes;
+mod maps;
 mod packing;
 mod primitives;
 mod proofs;

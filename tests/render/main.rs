@@ -8,6 +8,7 @@ mod estimators;
 mod faults;
 mod guide;
 mod light;
+mod maps;
 mod media;
 mod path;
 mod photon_build;

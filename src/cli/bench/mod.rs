@@ -3,6 +3,7 @@
 mod estimator_report;
 mod estimators;
 mod machine;
+mod maps;
 mod photon_map;
 mod update;
 
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 
 use self::estimators::EstimatorsArgs;
 use self::machine::Machine;
+use self::maps::MapsArgs;
 use self::photon_map::PhotonMapArgs;
 use self::update::UpdateArgs;
 use super::console::{print, spinner};
@@ -31,6 +33,7 @@ Examples:
   nephroid bench photon-map ring.gltf pool.gltf
   nephroid bench estimators kitchen.glb
   nephroid bench update chess.glb
+  nephroid bench maps room.glb
 
 Columns: the median time of a run; items a second; bytes a second as the floor counts them; the rate as
 a share of what the floor allows. The floor is the least an item can cost: bytes moved at the speed of a
@@ -66,6 +69,8 @@ pub struct BenchArgs {
 pub enum Table {
     /// Compare the density estimators: the same photons, time, pairs and memory of each
     Estimators(EstimatorsArgs),
+    /// Compare photons traced in environment maps with those traced in the tree: coverage, hits, time
+    Maps(MapsArgs),
     /// Compare builders and leaf sizes of the photon map, and count its photons
     PhotonMap(PhotonMapArgs),
     /// Measure what changes of a scene cost in a running session
@@ -80,6 +85,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     match &args.table {
         Some(Table::PhotonMap(args)) => photon_map::run(args),
         Some(Table::Estimators(args)) => estimators::run(args),
+        Some(Table::Maps(args)) => maps::run(args),
         Some(Table::Update(args)) => update::run(args),
         None => rates(args),
     }

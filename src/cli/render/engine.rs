@@ -117,6 +117,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         seed: (request.seed ^ (request.seed >> 32)) as u32,
         photons: request.photons.map(|n| n.min(u64::from(u32::MAX)) as u32),
         method: request.light.method,
+        tracer: request.light.tracer,
         estimator: request.light.estimator,
         photon_build: request.light.photon_build,
         knn_photons: request.light.knn_photons,

@@ -11,7 +11,7 @@ use crate::cli::environment::EnvironmentArgs;
 use crate::cli::reading::ReadingArgs;
 use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
-use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Weight};
+use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Tracer, Weight};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -149,9 +149,16 @@ pub struct LightArgs {
     pub environment: EnvironmentArgs,
 
     /// How light is transported. `auto` is `photons` where a flag asks for what only these have: --sampling,
-    /// --footprint, --bsdf
+    /// --footprint, --bsdf, --tracer
     #[arg(long, value_name = "METHOD", value_enum, default_value_t)]
     pub method: Method,
+
+    /// What photons are traced in: `tree`, the triangles, which is exact; or `maps`, environment maps from several
+    /// centres (Yao et al. 2010), for comparisons: what no map sees gets no photons. Options of maps:
+    /// maps:centres=12:candidates=48:resolution=128:layers=1 are the defaults, :steps looks for hits by steps along the
+    /// ray instead of from the paper's first guess
+    #[arg(long, value_name = "TRACER", default_value = "tree", value_parser = values::tracer, hide_short_help = true)]
+    pub tracer: Tracer,
 
     /// How the light of the photons is estimated at the eye hits; the picture is the same [default: what is fastest on
     /// the device]

@@ -47,7 +47,7 @@ pub(super) fn report(
         "photons_per_pass": { "caustic": caustic, "global": global },
         "photons_truncated": statistics.photons_truncated,
         "eye_paths_truncated": statistics.eye_paths_truncated,
-        "energy": energy(&statistics),
+        "energy": energy(&statistics), "maps": maps(session),
         "passes_repeated": statistics.repeated,
         "values_not_finite": statistics.rejected,
         "guards": counters, "estimator": estimator(session, structure.into()),
@@ -76,6 +76,19 @@ fn energy(statistics: &Statistics) -> serde_json::Value {
         ((*name).to_owned(), entries.into())
     };
     classes.map(class).collect::<serde_json::Map<_, _>>().into()
+}
+
+/// The environment maps that photons are traced in; `null` without any. `covered` is the part of the area that the
+/// candidates see together that the chosen centres see.
+fn maps(session: &Session) -> serde_json::Value {
+    session.device_scene().maps.as_ref().map_or(serde_json::Value::Null, |maps| {
+        let about = &maps.about;
+        serde_json::json!({
+            "centres": about.centres, "covered": about.covered, "bytes": maps.bytes(),
+            "exchanges": about.choice.as_ref().map(|choice| choice.exchanges),
+            "seconds_choosing": about.seconds[0], "seconds_drawing": about.seconds[1],
+        })
+    })
 }
 
 /// What `--method auto` has chosen: passes of photons and of paths in the opening, in each round after it, and in each

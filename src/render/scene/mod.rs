@@ -6,6 +6,7 @@ mod guide;
 pub mod host;
 mod lights;
 mod lobes;
+pub mod maps;
 pub mod memory;
 mod shading;
 mod sky;

@@ -7,6 +7,7 @@ use super::guide::Guide;
 use super::host::Host;
 use super::lights::LightTable;
 use super::lobes::Lobes;
+use super::maps::{SceneMaps, Surfaces};
 use super::memory::Memory;
 use super::shading::{Textures, vertex_data};
 use super::variant::variant;
@@ -17,7 +18,8 @@ use crate::kernels::generated::{
     BvhNode, BvhTriangle, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::render::settings::Settings;
+use crate::kernels::trace::scene_bounds;
+use crate::render::settings::{Settings, Tracer};
 use crate::scene::needs::is_specular;
 use crate::scene::{InstanceId, Scene};
 
@@ -75,6 +77,8 @@ pub struct DeviceScene {
     casters: Persistent<Caster>,
     guide: Persistent<f32>,
     lobes: Persistent<u32>,
+    /// Maps that photons are traced in.
+    pub maps: Option<SceneMaps>,
     /// What the host knows of it.
     host: Arc<Host>,
     /// The materials as they are on the device.
@@ -237,6 +241,25 @@ impl DeviceScene {
         }
     }
 
+    /// Takes the maps that the settings want photons to be traced in, if there are none or they are stale.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub(in crate::render) fn take_maps(&mut self, memory: Memory<'_>, settings: &Settings, stale: bool) -> Result<()> {
+        let Tracer::Maps(wanted) = settings.tracer else {
+            self.maps = None;
+            return Ok(());
+        };
+        if !stale && self.maps.as_ref().is_some_and(|maps| maps.settings == wanted) {
+            return Ok(());
+        }
+        let bounds = scene_bounds(&self.host.tree.bvh.nodes);
+        let surfaces = Surfaces { triangles: &self.triangles, radius: self.radius, bounds: [bounds.min, bounds.max] };
+        self.maps = Some(SceneMaps::new(memory, surfaces, wanted)?);
+        self.generation += 1;
+        Ok(())
+    }
+
     /// A scene of nothing, to be filled.
     fn empty(memory: Memory<'_>, full: bool) -> Self {
         Self {
@@ -253,6 +276,7 @@ impl DeviceScene {
             casters: Persistent::detached("casters", 0),
             guide: Persistent::detached("guide", 0),
             lobes: Persistent::detached("lobes", 0),
+            maps: None,
             host: Arc::default(),
             host_materials: vec![],
             host_lobes: Lobes::default(),
@@ -395,7 +419,8 @@ impl DeviceScene {
 
     /// Name and size in bytes of every buffer.
     pub fn sizes(&self) -> Vec<(&'static str, u64)> {
-        vec![
+        let maps = self.maps.as_ref().map(|maps| ("environment maps", maps.bytes()));
+        let sizes = vec![
             ("tree nodes", self.nodes.bytes()),
             ("triangles", self.triangles.bytes()),
             ("vertex attributes", self.shading_data.bytes()),
@@ -406,7 +431,8 @@ impl DeviceScene {
             ("casters", self.casters.bytes()),
             ("guide", self.guide.bytes()),
             ("tables of lobes", self.lobes.bytes()),
-        ]
+        ];
+        sizes.into_iter().chain(maps).collect()
     }
 
     /// The same scene for kernels of another variant; only for plans that nobody runs, because the vertex attributes

@@ -93,6 +93,7 @@ impl Session {
         mut settings: Settings,
     ) -> Result<Self> {
         device_scene.specialise(&settings);
+        device_scene.take_maps(Memory::Device(runtime), &settings, false)?;
         let budget = PhotonBudget::of(&device_scene, &settings);
         let automatic_leaf = settings.leaf_photons.is_none();
         let mut coverage = None;

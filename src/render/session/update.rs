@@ -127,6 +127,8 @@ impl Session {
             self.device_scene.look(memory, &self.scene, camera)?;
         }
         self.device_scene.specialise(&self.settings);
+        let moved = steps.contains(&Step::Tree);
+        self.device_scene.take_maps(memory, &self.settings, moved)?;
         let budget = PhotonBudget::of(&self.device_scene, &self.settings);
         if budget.emissions != self.budget.emissions {
             self.budget = budget;

@@ -8,6 +8,7 @@ pub mod names;
 mod radius_schedule;
 pub mod ranges;
 mod sampling;
+mod tracer;
 mod validate;
 
 use crate::graph::DeviceClass;
@@ -20,6 +21,7 @@ pub use lens::Lens;
 pub use method::Method;
 pub use named::{Named, by_name};
 pub use sampling::{Sampling, Scale};
+pub use tracer::{MapSettings, Tracer};
 
 /// Photons in a leaf of the photon map where nothing else is known. Smaller leaves were never faster: neighbouring
 /// pixels walk the tree together, and a node costs them more time than a few photons.
@@ -40,6 +42,8 @@ pub struct Settings {
     pub seed: u32,
     /// How light is transported.
     pub method: Method,
+    /// What photons are traced in.
+    pub tracer: Tracer,
     /// Photons emitted per pass over both classes, at most 2^30; `None` chooses by the image size.
     pub photons: Option<u32>,
     /// How the light of the photons is estimated; `None` chooses by the device ([`Estimator::default_for`]).
@@ -109,6 +113,7 @@ impl Default for Settings {
             lens: None,
             seed: 0,
             method: Method::default(),
+            tracer: Tracer::default(),
             photons: None,
             estimator: None,
             knn_photons: 64,
@@ -151,14 +156,15 @@ impl Settings {
 
     /// These settings with the method that they mean: [`Method::Auto`] is [`Method::Photons`] where something is asked
     /// for that only these have (a part of the estimate, footprints by other rules, other reflection models, counts of
-    /// pairs, the photons themselves).
+    /// pairs, the photons themselves, another tracer).
     pub fn resolved(self) -> Self {
         let of_photons = self.sampling != Sampling::Full
             || self.footprint != Footprint::Differential
             || self.blinn_phong
             || self.lambert_estimate
             || self.count_pairs
-            || self.read_photons;
+            || self.read_photons
+            || self.tracer != Tracer::Tree;
         let method = if of_photons && self.method == Method::Auto { Method::Photons } else { self.method };
         Self { method, ..self }
     }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use super::ranges;
 use super::sampling::{Sampling, Scale};
+use super::tracer::{MapSettings, Tracer};
 use crate::error::{Error, Result, escaped};
 use crate::kernels::photon::Footprint;
 use crate::scene::Scene;
@@ -138,6 +139,33 @@ pub fn footprint(text: &str) -> std::result::Result<FootprintRule, String> {
         ["fixed", r] => Ok(FootprintRule::Fixed(radius(r)?)),
         _ => Err(expected()),
     }
+}
+
+/// Parses `tree`, `maps`, `maps:centres=8:candidates=32:resolution=256:layers=2:steps`.
+pub fn tracer(text: &str) -> std::result::Result<Tracer, String> {
+    let mut parts = text.split(':');
+    match (parts.next(), text) {
+        (_, "tree") => return Ok(Tracer::Tree),
+        (Some("maps"), _) => {}
+        _ => return Err("expected tree, maps, or maps with options such as maps:centres=8:resolution=256".into()),
+    }
+    let mut maps = MapSettings::default();
+    for part in parts {
+        if part == "steps" {
+            maps.steps = true;
+            continue;
+        }
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        let (place, range) = match name {
+            "centres" => (&mut maps.centres, &ranges::MAP_CENTRES),
+            "candidates" => (&mut maps.candidates, &ranges::MAP_CANDIDATES),
+            "resolution" => (&mut maps.resolution, &ranges::MAP_RESOLUTION),
+            "layers" => (&mut maps.layers, &ranges::MAP_LAYERS),
+            _ => return Err(format!("'{name}' is not an option of maps")),
+        };
+        *place = number(value, range).map_err(|cause| format!("{name}: {cause}"))?;
+    }
+    Ok(Tracer::Maps(maps))
 }
 
 /// Parses `full`, `regular:4`, `stochastic:4`, `stochastic:4:ratio:filter`.

@@ -30,6 +30,21 @@ pub const BOUND_VERTICES: RangeInclusive<u32> = POLYGON_CORNERS;
 /// would take all, and beyond 16 next to nothing is left.
 pub const SAMPLING_K: RangeInclusive<u32> = 2..=16;
 
+/// Centres of environment maps.
+pub const MAP_CENTRES: RangeInclusive<u32> = 1..=32;
+
+/// Places that these are chosen from.
+pub const MAP_CANDIDATES: RangeInclusive<u32> = 1..=crate::constants::MAP_CANDIDATES;
+
+/// Texels along a side of a map's face.
+pub const MAP_RESOLUTION: RangeInclusive<u32> = 8..=1024;
+
+/// Surfaces behind each other in a map.
+pub const MAP_LAYERS: RangeInclusive<u32> = 1..=4;
+
+/// Texels of all maps: those of the shortest binding that every device has.
+pub const MOST_MAP_TEXELS: u32 = 1 << 23;
+
 /// Surfaces that an eye path may meet after its first, and that a path of path tracing may meet: paths keep them in 8
 /// bits.
 pub const DEPTH: RangeInclusive<u32> = 0..=MOST_DEPTH;

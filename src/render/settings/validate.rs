@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Estimator, Lens, PhotonBuild, Record, Sampling, Settings, ranges};
+use super::{Estimator, Lens, PhotonBuild, Record, Sampling, Settings, Tracer, ranges};
 use crate::error::{Error, Result, escaped};
 use crate::graph::DeviceClass;
 use crate::kernels::gather::Amplification;
@@ -19,6 +19,9 @@ impl Settings {
     /// cannot run the estimator.
     pub fn validate(&self, scene: &Scene, device: &Device) -> Result<()> {
         self.validate_plan(scene, device.info().kind.into())?;
+        if self.tracer != Tracer::Tree {
+            needed_by(&["tracer"], device.require(&[Feature::Raster]))?;
+        }
         if !draws_bounds(self.estimator_on(device.info().kind.into())) {
             return Ok(());
         }
@@ -85,10 +88,25 @@ impl Settings {
         within(&["global_smoothing"], self.global_smoothing, &ranges::SMOOTHING)?;
         within(&["largest_footprint"], self.largest_footprint, &ranges::LARGEST_FOOTPRINT)?;
         within(&["alpha"], self.alpha, &ranges::ALPHA)?;
+        self.check_maps()?;
         match self.sampling {
             Sampling::Full => Ok(()),
             Sampling::Regular(k) | Sampling::Stochastic { k, .. } => within(&["sampling"], k, &ranges::SAMPLING_K),
         }
+    }
+
+    fn check_maps(&self) -> Result<()> {
+        let Tracer::Maps(maps) = self.tracer else { return Ok(()) };
+        within(&["tracer"], maps.centres, &ranges::MAP_CENTRES)?;
+        within(&["tracer"], maps.candidates, &ranges::MAP_CANDIDATES)?;
+        within(&["tracer"], maps.resolution, &ranges::MAP_RESOLUTION)?;
+        within(&["tracer"], maps.layers, &ranges::MAP_LAYERS)?;
+        let texels = u64::from(maps.centres * maps.layers) * u64::from(6 * maps.resolution * maps.resolution);
+        if texels <= u64::from(ranges::MOST_MAP_TEXELS) {
+            return Ok(());
+        }
+        let most = ranges::MOST_MAP_TEXELS;
+        Err(Error::setting(&["tracer"], format!("{texels} texels in all maps, at most {most} are possible")))
     }
 
     fn check_footprint(&self) -> Result<()> {
@@ -119,6 +137,9 @@ impl Settings {
         }
         if self.sampling != Sampling::Full && !traits.estimates_density {
             return refuse(&["method", "sampling"], "the method estimates no density, there is nothing to sample");
+        }
+        if self.tracer != Tracer::Tree && !traits.emits_photons {
+            return refuse(&["method", "tracer"], "the method has no photons that maps could be traced for");
         }
         if traits.traces_paths && traits.estimates_density {
             self.check_hybrid()?;
