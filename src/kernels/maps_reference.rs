@@ -197,7 +197,25 @@ impl Map<'_> {
     }
 }
 
-/// The nearest accepted result of all maps: index of the centre, and what it found.
+/// The distance at which a ray meets what a texel shows: that of the texel's middle with the paper's search, else where
+/// the ray meets the triangle's plane, if that is on the triangle.
+pub fn meets(texel: &MapTexel, triangles: &[BvhTriangle], (origin, d, search): (V3, V3, Search), middle: f32) -> f32 {
+    let cross = |a: V3, b: V3| -> V3 {
+        std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+    };
+    if search.steps == 0 {
+        return middle;
+    }
+    let t = &triangles[texel.triangle as usize];
+    let [v0, v1, v2] = [t.v0, t.v1, t.v2].map(xyz);
+    let (e1, e2, to) = (sub(v1, v0), sub(v2, v0), sub(origin, v0));
+    let (across, beside) = (cross(d, e2), cross(to, e1));
+    let determinant = dot(e1, across);
+    let [at, u, v] = [dot(e2, beside), dot(to, across), dot(d, beside)].map(|x| x / determinant);
+    if at > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 { at } else { middle }
+}
+
+/// The nearest accepted result of all maps: index of the map, and what it found.
 pub fn nearest(
     (texels, shape): (&[MapTexel], Shape),
     triangles: &[BvhTriangle],

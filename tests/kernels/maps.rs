@@ -98,19 +98,22 @@ impl Room {
         Judged { hits: executable.read(&hits), counts: executable.read(&counts) }
     }
 
-    /// Rays from surfaces, as photons leave them.
+    /// Rays from places that one of the centres sees, to the side from which it sees them.
     fn rays(&self, count: usize) -> Vec<Ray> {
         let mut random = Random(7);
+        let dot = |a: V3, b: V3| (0..3).map(|k| a[k] * b[k]).sum::<f32>();
         (0..count)
-            .map(|_| {
-                let t = &self.packed[(random.bits() % self.packed.len() as u64) as usize];
-                let (mut u, mut v) = (random.unit(), random.unit());
-                if u + v > 1.0 {
-                    (u, v) = (1.0 - u, 1.0 - v);
-                }
-                let d = random.direction();
-                let at: V3 =
-                    std::array::from_fn(|k| t.v0[k] + u * (t.v1[k] - t.v0[k]) + v * (t.v2[k] - t.v0[k]) + 1e-4 * d[k]);
+            .map(|i| {
+                let (centre, to, d) = (CENTRES[i % CENTRES.len()], random.direction(), random.direction());
+                let hit = trace::traverse(&self.tree.nodes, &self.packed, &trace::ray(centre, to, f32::INFINITY));
+                let t = &self.packed[hit.triangle as usize];
+                let edge = |v: [f32; 4]| -> V3 { std::array::from_fn(|k| v[k] - t.v0[k]) };
+                let (u, v) = (edge(t.v1), edge(t.v2));
+                let normal: V3 =
+                    std::array::from_fn(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+                let turned = dot(normal, d) * dot(normal, to) > 0.0;
+                let d = if turned { d.map(|x| -x) } else { d };
+                let at: V3 = std::array::from_fn(|k| centre[k] + hit.t * to[k] + 1e-4 * d[k]);
                 trace::ray(at, d, f32::INFINITY)
             })
             .collect()
@@ -159,7 +162,7 @@ fn texels_are_what_rays_through_them_meet() {
         for (centre, map) in CENTRES.iter().zip(texels.chunks(shape.texels_of_map() as usize)) {
             let wanted = reference::by_rays((&room.tree.nodes, &room.packed), *centre, resolution);
             // Where an edge passes within rounding of a texel's middle, either side may be drawn.
-            let few = wanted.len() / 500;
+            let few = wanted.len() / 100;
             assert!(wrong(map, &wanted) <= few, "{} of {}", wrong(map, &wanted), wanted.len());
             assert!(map.iter().all(|texel| texel.triangle != MISS), "a closed room has no sky");
             let moved = reference::by_rays((&room.tree.nodes, &room.packed), [0.4, 1.5, -0.3], resolution);
@@ -247,18 +250,23 @@ fn searches_are_those_of_the_reference() {
             // Functions of the device differ in the last bits, and a step then ends in the texel beside.
             same += usize::from(match wanted {
                 None => hit.triangle == MISS,
-                Some((_, wanted)) => hit.triangle != MISS && (hit.t - wanted.t).abs() <= 0.03 * wanted.t + 1e-3,
+                Some((map, wanted)) => {
+                    let texel = &texels[map * shape.texels_of_map() as usize + wanted.texel as usize];
+                    let t = reference::meets(texel, &room.packed, (origin, d, search), wanted.t);
+                    hit.triangle != MISS && (hit.t - t).abs() <= 1e-3 * t + 1e-4
+                }
             });
         }
         let of_rays = rays.len() as u32;
         let all = ["all_right", "all_wrong", "all_lost", "all_escaped", "all_phantom"].map(|name| found.count(name));
         println!("{search:?}: {same} of {} as by the reference, {hits} found; {:?}", rays.len(), found.counts);
-        assert!(same * 1000 >= rays.len() * 985, "{search:?}: {same} of {}", rays.len());
+        assert!(same * 1000 >= rays.len() * 995, "{search:?}: {same} of {}", rays.len());
         assert_eq!(all.iter().sum::<u32>(), of_rays, "every ray is judged once");
         let each = ["none", "beside", "later", "right", "early"].map(|name| found.count(name));
         assert_eq!(each.iter().sum::<u32>(), of_rays * shape.centres * shape.layers, "by every map once");
-        // A closed room that three centres see nearly all of.
-        assert!(all[0] * 100 > of_rays * 75 && all[3] == 0 && all[4] == 0, "{all:?}");
+        // A closed room that three centres see most of: the paper's search finds half of the hits there, steps more.
+        let least = if search.steps == 0 { 45 } else { 75 };
+        assert!(all[0] * 100 > of_rays * least && all[3] == 0 && all[4] == 0, "{all:?}");
         // Maps of another place know little.
         let elsewhere = CENTRES.map(|[x, y, z]| [-x, y, -z]);
         let confused = room.judged((shape, search), &elsewhere, &texels, &rays);
