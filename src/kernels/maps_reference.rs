@@ -14,6 +14,10 @@ fn dot(a: V3, b: V3) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+fn cross(a: V3, b: V3) -> V3 {
+    std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
 fn length(a: V3) -> f32 {
     dot(a, a).sqrt()
 }
@@ -25,6 +29,9 @@ fn along(origin: V3, d: V3, t: f32) -> V3 {
 fn xyz(v: [f32; 4]) -> V3 {
     [v[0], v[1], v[2]]
 }
+
+/// In place of the ratio where a ray begins, which is on a surface.
+const BEGIN: f32 = 0.0;
 
 /// The texel in which a direction lies, counted from the first one of its map.
 pub fn texel(d: V3, resolution: u32) -> u32 {
@@ -97,15 +104,21 @@ pub struct Map<'a> {
 }
 
 impl Map<'_> {
-    fn shown(&self, place: V3) -> f32 {
-        self.texels[texel(place, self.resolution) as usize].distance
+    /// The distance of what the map shows in a direction: of the texel's middle with the paper's search, of the
+    /// triangle's plane with steps.
+    fn shown(&self, to: V3, search: Search) -> f32 {
+        let texel = &self.texels[texel(to, self.resolution) as usize];
+        if search.steps == 0 || texel.triangle == MISS {
+            return texel.distance;
+        }
+        let t = &self.triangles[texel.triangle as usize];
+        let [v0, v1, v2] = [t.v0, t.v1, t.v2].map(xyz);
+        let normal = cross(sub(v1, v0), sub(v2, v0));
+        let plane = dot(sub(v0, self.centre), normal) / dot(to, normal) * length(to);
+        if plane > 0.5 * texel.distance && plane < 2.0 * texel.distance { plane } else { texel.distance }
     }
 
-    fn ratio(&self, place: V3) -> f32 {
-        length(place) / self.shown(place)
-    }
-
-    fn point(&self, origin: V3, d: V3, at: V3) -> Option<Found> {
+    fn point(&self, (origin, d): (V3, V3), at: V3, search: Search) -> Option<Found> {
         let texel = texel(at, self.resolution);
         let seen = &self.texels[texel as usize];
         if seen.triangle == MISS {
@@ -113,7 +126,20 @@ impl Map<'_> {
         }
         let to = sub(sub(place(seen, self.triangles), self.centre), origin);
         let t = length(to);
-        Some(Found { texel, t, error: if t > 0.0 { 1.0 - dot(to, d) / t } else { 2.0 } })
+        let middle = Found { texel, t, error: if t > 0.0 { 1.0 - dot(to, d) / t } else { 2.0 } };
+        let met = (search.steps > 0).then(|| self.meets(seen.triangle, (origin, d))).flatten();
+        Some(met.map_or(middle, |t| Found { texel, t, error: 0.0 }))
+    }
+
+    /// The distance at which a ray meets a triangle, if it does.
+    fn meets(&self, triangle: u32, (origin, d): (V3, V3)) -> Option<f32> {
+        let t = &self.triangles[triangle as usize];
+        let [v0, v1, v2] = [t.v0, t.v1, t.v2].map(xyz);
+        let (e1, e2, to) = (sub(v1, v0), sub(v2, v0), sub(origin, sub(v0, self.centre)));
+        let (across, beside) = (cross(d, e2), cross(to, e1));
+        let determinant = dot(e1, across);
+        let [at, u, v] = [dot(e2, beside), dot(to, across), dot(d, beside)].map(|x| x / determinant);
+        (at > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(at)
     }
 
     /// False position between a place before the surface and one behind it, `None` as long as none is known.
@@ -122,11 +148,11 @@ impl Map<'_> {
         (origin, d): (V3, V3),
         mut before: (f32, f32),
         mut behind: Option<(f32, f32)>,
-        (mut at, iterations): (f32, u32),
+        (mut at, search): (f32, Search),
     ) -> f32 {
-        for _ in 0..iterations {
+        for _ in 0..search.iterations {
             let place = along(origin, d, at);
-            let shown = self.shown(place);
+            let shown = self.shown(place, search);
             let ratio = length(place) / shown;
             if (ratio - 1.0).abs() < 0.001 {
                 break;
@@ -149,32 +175,32 @@ impl Map<'_> {
     }
 
     fn guess(&self, (origin, d): (V3, V3), search: Search) -> Option<Found> {
-        let shown = self.shown(d);
+        let shown = self.shown(d, search);
         if shown.is_infinite() {
             return None;
         }
         let at = (shown - dot(origin, d)).max(0.0);
-        let start = (0.0, self.ratio(origin).min(1.0));
-        let at = self.refine((origin, d), start, None, (at, search.iterations));
-        self.point(origin, d, along(origin, d, at))
+        let at = self.refine((origin, d), (0.0, BEGIN), None, (at, search));
+        self.point((origin, d), along(origin, d, at), search)
     }
 
     fn march(&self, (origin, d): (V3, V3), search: Search) -> Option<Found> {
         let from = length(origin);
         let angle = dot(origin.map(|x| x / from.max(1e-30)), d).clamp(-1.0, 1.0).acos();
         let mut best: Option<Found> = None;
-        let mut before = (0.0, self.ratio(origin).min(1.0));
+        let mut before = (0.0, BEGIN);
         let mut in_front = true;
         let steps = ((angle / std::f32::consts::PI * search.steps as f32).ceil() as u32).max(2);
         for k in 1..=steps {
             let part = (k as f32 / steps as f32).min(0.999);
             let at = from * (part * angle).sin() / ((1.0 - part) * angle).sin().max(1e-6);
-            let ratio = self.ratio(along(origin, d, at));
-            if ratio > 1.0 && in_front {
+            let place = along(origin, d, at);
+            let ratio = length(place) / self.shown(place, search);
+            if ratio > 1.001 && in_front {
                 let part = ((1.0 - before.1) / (ratio - before.1)).clamp(0.0, 1.0);
                 let middle = before.0 * (1.0 - part) + at * part;
-                let found = self.refine((origin, d), before, Some((at, ratio)), (middle, search.iterations));
-                let point = self.point(origin, d, along(origin, d, found));
+                let found = self.refine((origin, d), before, Some((at, ratio)), (middle, search));
+                let point = self.point((origin, d), along(origin, d, found), search);
                 if point.is_some_and(|p| p.error <= search.tolerance) {
                     return point;
                 }
@@ -182,7 +208,7 @@ impl Map<'_> {
                     best = point;
                 }
             }
-            in_front = ratio <= 1.0;
+            in_front = ratio <= 1.001;
             if in_front {
                 before = (at, ratio);
             }
@@ -195,24 +221,6 @@ impl Map<'_> {
         let from = sub(origin, self.centre);
         if search.steps == 0 { self.guess((from, d), search) } else { self.march((from, d), search) }
     }
-}
-
-/// The distance at which a ray meets what a texel shows: that of the texel's middle with the paper's search, else where
-/// the ray meets the triangle's plane, if that is on the triangle.
-pub fn meets(texel: &MapTexel, triangles: &[BvhTriangle], (origin, d, search): (V3, V3, Search), middle: f32) -> f32 {
-    let cross = |a: V3, b: V3| -> V3 {
-        std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
-    };
-    if search.steps == 0 {
-        return middle;
-    }
-    let t = &triangles[texel.triangle as usize];
-    let [v0, v1, v2] = [t.v0, t.v1, t.v2].map(xyz);
-    let (e1, e2, to) = (sub(v1, v0), sub(v2, v0), sub(origin, v0));
-    let (across, beside) = (cross(d, e2), cross(to, e1));
-    let determinant = dot(e1, across);
-    let [at, u, v] = [dot(e2, beside), dot(to, across), dot(d, beside)].map(|x| x / determinant);
-    if at > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 { at } else { middle }
 }
 
 /// The nearest accepted result of all maps: index of the map, and what it found.

@@ -46,6 +46,6 @@ void main() {
     uint all = there ? MAPS_LOST : MAPS_ESCAPED;
     if (found) all = there ? (judged(best, truth) == MAP_RIGHT ? MAPS_RIGHT : MAPS_WRONG) : MAPS_PHANTOM;
     atomicAdd(counts[all], 1u);
-    Hit hit = found ? map_hit(best, origin, d) : Hit(uintBitsToFloat(0x7f800000u), vec2(0.0), BVH_MISS);
+    Hit hit = found ? map_hit(best) : Hit(uintBitsToFloat(0x7f800000u), vec2(0.0), BVH_MISS);
     hits[i] = RayHit(hit.t, hit.barycentrics.x, hit.barycentrics.y, hit.triangle);
 }

@@ -39,5 +39,5 @@ void main() {
         if (!escaped) states[slot] |= ENERGY_LOST << PATH_END_SHIFT;
         return;
     }
-    hits[slot] = pack_hit(map_hit(best, origin, d));
+    hits[slot] = pack_hit(map_hit(best));
 }

@@ -16,16 +16,13 @@ use crate::render::scene::upload::DeviceScene;
 use crate::render::settings::{Method, Settings};
 use crate::scene::Scene;
 
-/// Pixels of a small picture, and how much smaller it is at least.
+/// Pixels of a small picture.
 const PIXELS: u32 = 64 * 48;
-const SMALLER: u32 = 4;
-/// Its passes: no more of them than it takes to see one method far ahead.
+/// Its passes: no more of them than it takes to see photons far ahead.
 const PASSES: u64 = 6;
-/// Passes after which paths may be far ahead: before, they may not have found the caustics.
-const PASSES_OF_PATHS: u64 = 3;
 /// Surfaces that its paths and photons meet: what comes later tells little, and each takes as many dispatches.
 const DEPTH: u32 = 8;
-/// A method is far ahead if the other loses by more than this.
+/// Photons are far ahead if paths lose by more than this.
 const FAR_AHEAD: f64 = 2.0;
 
 /// [`Method::Path`] where that serves the picture at least as well as [`Method::Hybrid`]; `settings` are those of
@@ -50,8 +47,8 @@ pub(super) fn method_of_paths(
         if index > 0 {
             let work = [hybrid.work_of_last_pass(), path.work_of_last_pass()];
             loss = shares::loss_by_second(&both(hybrid.film()?, path.film()?, index + 1), work);
-            let photons_lead = loss > FAR_AHEAD && loss.is_finite();
-            if photons_lead || (loss < 1.0 / FAR_AHEAD && index + 1 >= PASSES_OF_PATHS) {
+            // Paths that look far ahead may not have found the caustics yet.
+            if loss > FAR_AHEAD && loss.is_finite() {
                 break;
             }
         }
@@ -62,7 +59,7 @@ pub(super) fn method_of_paths(
 /// The settings of a small picture of the same shape.
 fn small(settings: &Settings, method: Method) -> Settings {
     let pixels = f64::from(settings.pixels());
-    let ratio = (f64::from(PIXELS) / pixels).min(1.0 / f64::from(SMALLER));
+    let ratio = (f64::from(PIXELS) / pixels).min(1.0);
     let side = |length: u32| ((f64::from(length) * ratio.sqrt()) as u32).max(1);
     let photons = (f64::from(settings.photon_count()) * ratio).ceil() as u32;
     let (width, height) = (side(settings.width), side(settings.height));
