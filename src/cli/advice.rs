@@ -26,6 +26,7 @@ pub(super) const FLAGS: &[(&str, &str)] = &[
     ("sampling", "--sampling"),
     ("seed", "--seed"),
     ("select", "--device"),
+    ("shutter", "--shutter-seconds"),
     ("validate", "--validate"),
     ("weight", "--kernel"),
     ("width", "--size"),

@@ -35,6 +35,7 @@ impl Session {
     /// Those of the device.
     pub fn repeat_pass(&mut self, index: u64) -> Result<()> {
         let start = Instant::now();
+        self.follow_motion(index)?;
         self.prepare()?;
         let pass = Pass {
             index: index as u32,
