@@ -9,6 +9,7 @@ mod faults;
 mod guide;
 mod light;
 mod media;
+mod moving;
 mod path;
 mod photon_build;
 mod sampling;

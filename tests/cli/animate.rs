@@ -1,0 +1,187 @@
+//! Sequences of frames: resumed, divided, made a film.
+//!
+//! `NEPHROID_TEST_DEVICE` chooses the device (default `cpu`).
+
+use std::process::Stdio;
+use std::time::Duration;
+
+use nephroid::low_level::film::film_file;
+use nephroid::low_level::picture::exr::{self, Value};
+use serde_json::json;
+
+use crate::support::moving::Moving;
+use crate::support::program::{Program, names_in};
+
+/// Frames of [`scene`]; `%` is the device.
+const SMALL: &str = "animate scene.glb --size 24x16 --method path --device % -q --fps 4";
+
+/// A program beside a triangle that crosses the picture in a second, before a sky.
+fn program() -> Program {
+    let program = Program::new();
+    let file = Moving::triangle()
+        .with("/cameras", json!([{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]))
+        .with(
+            "/nodes",
+            json!([{"mesh": 0}, {"camera": 0, "translation": [0.5, 0.5, 4]}, {"mesh": 0, "translation": [-1, 0, -1]}]),
+        )
+        .with("/scenes/0/nodes", json!([0, 1, 2]))
+        .node(0, "translation", &[0.0, 1.0], "VEC3", &[-0.5, 0.0, 0.0, 1.0, 0.2, 0.0]);
+    std::fs::write(program.path("scene.glb"), file.bytes()).expect("written");
+    program
+}
+
+fn frames(program: &Program, stem: &str, count: u64) -> Vec<nephroid::Picture> {
+    (0..count).map(|frame| program.picture(&format!("{stem}_{frame:02}.exr"))).collect()
+}
+
+#[test]
+fn frames_that_are_there_are_not_rendered_again() {
+    let program = program();
+    let line = format!("{SMALL} --passes 3 -o a_##.exr -o a_##.png");
+    let said = program.succeeds(&line);
+    assert!(said.starts_with("5 frames in ") && said.trim_end().ends_with(": a_##.exr"), "{said}");
+    let names = names_in(program.folder());
+    assert_eq!(names[..4], ["a_00.exr", "a_00.png", "a_01.exr", "a_01.png"]);
+    assert_eq!(names.len(), 11, "no checkpoint and no claim is left: {names:?}");
+    let first = frames(&program, "a", 5);
+    assert!(first.windows(2).all(|pair| pair[0] != pair[1]), "the triangle moves");
+    let (_, about) = exr::read(&program.path("a_03.exr")).expect("a frame");
+    assert_eq!((&about["frame"], &about["time"]), (&Value::Count(3), &Value::Number(0.75)));
+    let bytes = |name: &str| std::fs::read(program.path(name)).expect("a file");
+    let before = bytes("a_02.exr");
+    for lost in ["a_01.exr", "a_03.png"] {
+        std::fs::remove_file(program.path(lost)).expect("removed");
+    }
+    std::fs::write(program.path("a_04.exr"), &before[..before.len() / 2]).expect("cut");
+    let said = program.succeeds(&line);
+    assert!(said.starts_with("3 frames in ") && said.contains(", 2 that were there: "), "{said}");
+    assert_eq!(bytes("a_02.exr"), before);
+    assert_eq!(frames(&program, "a", 5), first, "frames of later runs are those of the first");
+    // One frame by `render` is the same.
+    let one = SMALL.replace("animate", "render").replace("--fps 4", "--at 0.5");
+    program.succeeds(&format!("{one} --passes 3 -o one.exr"));
+    assert_eq!(program.picture("one.exr"), first[2]);
+    // Frames of other settings are not taken for these, and not replaced.
+    program.refuses(&format!("{line} --seed 3"), 1, "'a_00.exr' is no frame of this render");
+    program.succeeds(&format!("{line} --seed 3 --force"));
+    assert_ne!(frames(&program, "a", 1)[0], first[0]);
+}
+
+#[test]
+fn parts_are_the_frames_of_the_whole() {
+    let program = program();
+    let line = format!("{SMALL} --passes 3 --shutter 0.5");
+    program.succeeds(&format!("{line} -o whole_##.exr"));
+    program.succeeds(&format!("{line} -o part_##.exr --part 2/2"));
+    assert_eq!(names_in(program.folder()).iter().filter(|name| name.starts_with("part")).count(), 2);
+    program.succeeds(&format!("{line} -o part_##.exr --part 1/2"));
+    assert_eq!(frames(&program, "part", 5), frames(&program, "whole", 5));
+    let sharp = format!("{SMALL} --passes 3 -o sharp_##.exr");
+    program.succeeds(&sharp);
+    assert_ne!(frames(&program, "sharp", 2)[1], frames(&program, "whole", 2)[1], "motion blur");
+    assert_eq!(frames(&program, "sharp", 5)[4], frames(&program, "whole", 5)[4], "beyond the last key nothing moves");
+}
+
+/// A sequence that is killed in a frame goes on with the passes of its checkpoint, to the same bits.
+#[test]
+fn a_killed_sequence_goes_on() {
+    let program = program();
+    let line = format!("{SMALL} --passes 600 --shutter 1 --frames 1..3");
+    program.succeeds(&format!("{line} -o whole_##.exr"));
+    let again = format!("{line} -o killed_##.exr --checkpoint-interval 1ms");
+    let mut child = program.command(&again).stdout(Stdio::null()).spawn().expect("started");
+    let film = program.path("killed_02.film.exr");
+    while !film.exists() {
+        assert!(child.try_wait().expect("a status").is_none(), "it ends before it is killed");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("gone");
+    let held = film_file::read(&film).expect("a whole film").film.passes.count();
+    assert!(held > 0 && held < 600 && !program.path("killed_02.exr").exists(), "{held} passes");
+    let said = program.succeeds(&again);
+    assert!(said.starts_with("1 frame in ") && said.contains(", 1 that were there: "), "{said}");
+    assert!(!film.exists());
+    for frame in ["01", "02"] {
+        let picture = |stem: &str| program.picture(&format!("{stem}_{frame}.exr"));
+        assert_eq!(picture("killed"), picture("whole"), "{frame}");
+    }
+}
+
+#[test]
+fn what_makes_no_sequence_is_refused() {
+    let program = program();
+    for (flags, code, part) in [
+        ("-o a.exr", 1, "needs ####"),
+        ("-o a_#_#.exr", 1, "more than one place"),
+        ("-o a_##.jpg", 1, "must end in .exr or .png"),
+        ("-o a_##.exr -o ./a_##.exr", 1, "is named twice"),
+        ("-o no/a_##.exr", 2, "cannot create"),
+        ("-o a_##.exr --fps 0", 1, "expected frames a second"),
+        ("-o a_##.exr --frames 5..2", 1, "expected A..B"),
+        ("-o a_##.exr --part 3/2", 1, "expected K/N"),
+        ("-o a_##.exr --shutter 2", 1, "expected a share"),
+        ("-o a_##.exr --animation Run", 2, "no animation 'Run'"),
+        ("-o a.mp4 --part 1/2", 1, "needs all frames"),
+    ] {
+        program.refuses(&format!("{SMALL} {flags}"), code, part);
+    }
+    assert_eq!(names_in(program.folder()), ["scene.glb"]);
+    let still = Moving::triangle().with("/animations", json!([]));
+    std::fs::write(program.path("scene.glb"), still.bytes()).expect("written");
+    program.refuses(&format!("{SMALL} -o a_##.exr"), 1, "nothing moves in the scene: --frames says");
+}
+
+#[test]
+fn still_pixels_flicker_only_with_fresh_noise() {
+    let program = program();
+    let line = format!("{SMALL} --passes 4 --aov depth,normal,albedo");
+    let index = |stem: &str| {
+        let said = program.succeeds(&format!("flicker {stem}_00.exr {stem}_01.exr {stem}_02.exr {stem}_03.exr --json"));
+        let json: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+        (json["flicker"].as_f64().expect("a number"), json["still_share"].as_f64().expect("a share"))
+    };
+    program.succeeds(&format!("{line} -o same_##.exr"));
+    program.succeeds(&format!("{line} -o fresh_##.exr --coherent=false"));
+    let ((same, share), (fresh, _)) = (index("same"), index("fresh"));
+    println!("flicker: {same:.5} with the same random numbers, {fresh:.5} with fresh ones");
+    assert!(same < 0.2 * fresh && fresh > 0.001, "{same} {fresh}");
+    assert!(share > 0.3 && share < 1.0, "{share}");
+    program.refuses("flicker same_00.exr same_01.exr", 1, "3 more values required");
+}
+
+/// A stand-in for ffmpeg that writes down how it was called, and the film; and none at all.
+#[cfg(unix)]
+#[test]
+fn films_are_made_by_ffmpeg() {
+    use std::os::unix::fs::PermissionsExt;
+    let program = program();
+    let tools = program.path("tools");
+    std::fs::create_dir(&tools).expect("a folder");
+    let line = format!("{SMALL} --passes 1 -o walk.mp4");
+    let run = || program.command(&line).env("PATH", &tools).output().expect("the program starts");
+    let said = String::from_utf8(run().stderr).expect("UTF-8");
+    assert!(said.contains("'walk.mp4' needs the program ffmpeg") && said.contains("-o walk_####.png"), "{said}");
+    let stand_in = tools.join("ffmpeg");
+    let script =
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho \"$@\" >called\nfor last; do :; done\necho film >\"$last\"\n";
+    std::fs::write(&stand_in, script).expect("written");
+    std::fs::set_permissions(&stand_in, std::fs::Permissions::from_mode(0o755)).expect("set");
+    let output = run();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).trim_end().ends_with(": walk.mp4"));
+    assert_eq!(std::fs::read_to_string(program.path("walk.mp4")).expect("the film"), "film\n");
+    let called = std::fs::read_to_string(program.path("called")).expect("called");
+    for part in
+        ["-framerate 4 -start_number 0 -i walk.frames/frame_%06d.png", "-frames:v 5 ", "yuv420p walk.unfinished.mp4"]
+    {
+        assert!(called.contains(part), "{called}");
+    }
+    assert_eq!(names_in(&program.path("walk.frames")).len(), 5);
+    std::fs::write(&stand_in, "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho no codec >&2\nexit 1\n")
+        .expect("written");
+    let output = run();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("ffmpeg failed and said: no codec"), "{said}");
+    assert_eq!(std::fs::read_to_string(program.path("walk.mp4")).expect("the film before"), "film\n");
+}
