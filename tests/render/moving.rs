@@ -186,11 +186,10 @@ fn a_shutter_over_what_does_not_move_makes_no_difference() {
 #[test]
 fn a_disc_in_motion_is_smeared_over_its_way() {
     const SIZE: [u32; 2] = [48, 16];
-    const PASSES: u64 = 256;
+    const PASSES: u64 = 1000;
     let radius = 0.8;
-    let unlit = json!({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1]},
-                       "extensions": {"KHR_materials_unlit": {}}});
-    let file = document(&[(disc(radius), unlit)], [3.0, 1.0]);
+    let bright = json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}, "emissiveFactor": [1, 1, 1]});
+    let file = document(&[(disc(radius), bright)], [3.0, 1.0]);
     let file = file.node(0, "translation", &[0.0, 1.0], "VEC3", &[-1.5, 0.0, 0.0, 1.5, 0.0, 0.0]);
     let base = Settings { width: SIZE[0], height: SIZE[1], ..Settings::of(Method::Path) };
     let taken = |shutter| {
@@ -224,10 +223,10 @@ fn a_disc_in_motion_is_smeared_over_its_way() {
     };
     let (worst, rms) = error(&taken(Some(open)));
     println!("smeared disc: largest error {worst:.4}, root mean square {rms:.5}");
-    assert!(worst < 0.03 && rms < 0.005, "{worst} {rms}");
+    assert!(worst < 0.04 && rms < 0.005, "{worst} {rms}");
     for wrong in [None, Some(Shutter { close: 0.7, ..open }), Some(Shutter { open: 0.2, close: 0.7 })] {
         let (worst, rms) = error(&taken(wrong));
-        assert!(worst > 0.06 && rms > 0.01, "{wrong:?} is told from the right one: {worst} {rms}");
+        assert!(worst > 0.05 && rms > 0.01, "{wrong:?} is told from the right one: {worst} {rms}");
     }
 }
 
