@@ -3,6 +3,7 @@
 //! `NEPHROID_TEST_DEVICE` and `NEPHROID_VALIDATE` as in the other device tests.
 
 use nephroid::low_level::film::accumulate::Film;
+use nephroid::low_level::graph::Runtime;
 use nephroid::{Change, Changes, InstanceId, MaterialId, Method, Scene, Session, Settings, Shutter};
 use serde_json::{Value, json};
 
@@ -79,8 +80,9 @@ fn settings(method: Method) -> Settings {
     Settings { width: 24, height: 18, photons, ..Settings::of(method) }
 }
 
-fn session(scene: Scene, settings: &Settings) -> Session {
-    Session::new(runtime().device(), scene, settings.clone()).expect("a session")
+/// A session on the device, which the test holds for as long.
+fn session(runtime: &Runtime, scene: Scene, settings: &Settings) -> Session {
+    Session::new(runtime.device(), scene, settings.clone()).expect("a session")
 }
 
 fn film(session: &mut Session, passes: impl IntoIterator<Item = u64>) -> Film {
@@ -98,16 +100,17 @@ fn assert_same(found: &Film, expected: &Film, what: &str) {
 
 #[test]
 fn frames_of_one_session_are_those_of_new_ones() {
+    let runtime = &runtime();
     let file = room();
     for method in [Method::Photons, Method::Path, Method::Auto] {
         let first = settings(method);
-        let mut shown = session(file.at(0.0), &first);
+        let mut shown = session(runtime, file.at(0.0), &first);
         film(&mut shown, 0..2);
         let frames = [(0.3, 0.0), (0.75, 0.0), (0.4, 0.2), (0.6, 0.2), (0.6, 0.0), (9.0, 0.0), (0.1, 0.0)];
         for (time, open) in frames {
             let shutter = (open > 0.0).then_some(Shutter { open: time, close: time + open });
             shown.show(time, shutter).expect("shown");
-            let mut fresh = session(file.at(time), &Settings { shutter, ..first.clone() });
+            let mut fresh = session(runtime, file.at(time), &Settings { shutter, ..first.clone() });
             let what = format!("{method:?} at {time} s, open for {open} s");
             assert_same(&film(&mut shown, 0..4), &film(&mut fresh, 0..4), &what);
         }
@@ -120,7 +123,7 @@ fn frames_of_one_session_are_those_of_new_ones() {
         shown.update(change).expect("changed");
         let mut scene = file.at(0.4);
         scene.materials[0] = wall;
-        let mut fresh = session(scene, &Settings { shutter, seed: 5, ..first });
+        let mut fresh = session(runtime, scene, &Settings { shutter, seed: 5, ..first });
         assert_same(&film(&mut shown, 0..4), &film(&mut fresh, 0..4), &format!("{method:?}, changed while open"));
     }
 }
@@ -129,16 +132,17 @@ fn frames_of_one_session_are_those_of_new_ones() {
 /// it goes on from where it was stopped.
 #[test]
 fn each_pass_is_the_scene_at_its_moment() {
+    let runtime = &runtime();
     let file = room();
     let shutter = Shutter { open: 0.2, close: 0.9 };
     for method in [Method::Photons, Method::Path] {
         let still = settings(method);
         let open = Settings { shutter: Some(shutter), ..still.clone() };
-        let whole = film(&mut session(file.at(0.2), &open), 0..6);
+        let whole = film(&mut session(runtime, file.at(0.2), &open), 0..6);
         let mut sum: Option<Film> = None;
         for pass in 0..6 {
             let moment = shutter.moment(pass, still.seed);
-            let mut one = film(&mut session(file.at(moment), &still), [pass]);
+            let mut one = film(&mut session(runtime, file.at(moment), &still), [pass]);
             one.exponents = whole.exponents;
             match &mut sum {
                 Some(sum) => sum.merge(&one).expect("another pass of the same film"),
@@ -153,31 +157,32 @@ fn each_pass_is_the_scene_at_its_moment() {
         };
         assert_same(&whole, &sum, &format!("{method:?}, moments"));
         assert_same(
-            &film(&mut session(file.at(7.0), &open), [3, 1, 5, 0, 4, 2]),
+            &film(&mut session(runtime, file.at(7.0), &open), [3, 1, 5, 0, 4, 2]),
             &whole,
             &format!("{method:?}, order"),
         );
-        let half = film(&mut session(file.at(0.2), &open), [0, 4, 5]);
-        let mut resumed = session(file.at(0.2), &open);
+        let half = film(&mut session(runtime, file.at(0.2), &open), [0, 4, 5]);
+        let mut resumed = session(runtime, file.at(0.2), &open);
         resumed.restore(&half).expect("of the same render");
         assert_same(&film(&mut resumed, [1, 2, 3]), &whole, &format!("{method:?}, resumed"));
-        let shut = film(&mut session(file.at(0.2), &still), 0..6);
+        let shut = film(&mut session(runtime, file.at(0.2), &still), 0..6);
         assert!(apart(&shut, &whole) > 0.05, "{method:?}: blurred or not makes a difference");
     }
 }
 
 #[test]
 fn a_shutter_over_what_does_not_move_makes_no_difference() {
+    let runtime = &runtime();
     let file = room();
     for method in [Method::Photons, Method::Auto] {
         let still = settings(method);
         // Beyond the last key, and in a scene without motion.
         let open = Settings { shutter: Some(Shutter { open: 5.0, close: 6.0 }), ..still.clone() };
-        let expected = film(&mut session(file.at(5.0), &still), 0..4);
-        assert_same(&film(&mut session(file.at(5.0), &open), 0..4), &expected, "beyond the last key");
+        let expected = film(&mut session(runtime, file.at(5.0), &still), 0..4);
+        assert_same(&film(&mut session(runtime, file.at(5.0), &open), 0..4), &expected, "beyond the last key");
         let mut scene = file.at(5.0);
         scene.motion = None;
-        assert_same(&film(&mut session(scene, &open), 0..4), &expected, "no motion");
+        assert_same(&film(&mut session(runtime, scene, &open), 0..4), &expected, "no motion");
     }
 }
 
@@ -185,16 +190,16 @@ fn a_shutter_over_what_does_not_move_makes_no_difference() {
 /// chord, of half length sqrt(r^2 - y^2), takes to pass.
 #[test]
 fn a_disc_in_motion_is_smeared_over_its_way() {
+    let runtime = &runtime();
     const SIZE: [u32; 2] = [48, 16];
-    const PASSES: u64 = 1000;
     let radius = 0.8;
     let bright = json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}, "emissiveFactor": [1, 1, 1]});
     let file = document(&[(disc(radius), bright)], [3.0, 1.0]);
     let file = file.node(0, "translation", &[0.0, 1.0], "VEC3", &[-1.5, 0.0, 0.0, 1.5, 0.0, 0.0]);
     let base = Settings { width: SIZE[0], height: SIZE[1], ..Settings::of(Method::Path) };
-    let taken = |shutter| {
-        let mut session = session(file.at(0.25), &Settings { shutter, ..base.clone() });
-        film(&mut session, 0..PASSES).picture().layers[0].data.iter().step_by(3).copied().collect::<Vec<f32>>()
+    let taken = |shutter, passes| {
+        let mut session = session(runtime, file.at(0.25), &Settings { shutter, ..base.clone() });
+        film(&mut session, 0..passes).picture().layers[0].data.iter().step_by(3).copied().collect::<Vec<f32>>()
     };
     let open = Shutter { open: 0.25, close: 0.75 };
     // The centre goes from -0.75 to 0.75.
@@ -221,20 +226,21 @@ fn a_disc_in_motion_is_smeared_over_its_way() {
         }
         (worst, squares.sqrt())
     };
-    let (worst, rms) = error(&taken(Some(open)));
+    let (worst, rms) = error(&taken(Some(open), 500));
     println!("smeared disc: largest error {worst:.4}, root mean square {rms:.5}");
-    assert!(worst < 0.04 && rms < 0.005, "{worst} {rms}");
+    assert!(worst < 0.05 && rms < 0.006, "{worst} {rms}");
     for wrong in [None, Some(Shutter { close: 0.7, ..open }), Some(Shutter { open: 0.2, close: 0.7 })] {
-        let (worst, rms) = error(&taken(wrong));
-        assert!(worst > 0.05 && rms > 0.01, "{wrong:?} is told from the right one: {worst} {rms}");
+        let (worst, rms) = error(&taken(wrong, 150));
+        assert!(worst > 0.08 && rms > 0.015, "{wrong:?} is told from the right one: {worst} {rms}");
     }
 }
 
 /// Changes of a pose reach the scene that is rendered, and none are left.
 #[test]
 fn a_pose_is_a_list_of_changes() {
+    let runtime = &runtime();
     let file = room();
-    let mut session = session(file.at(0.0), &settings(Method::Photons));
+    let mut session = session(runtime, file.at(0.0), &settings(Method::Photons));
     let changes = session.changes_to(0.75);
     assert!(changes.0.iter().any(|c| matches!(c, Change::Visible(InstanceId(2), true))), "{changes:?}");
     assert!(changes.0.iter().any(|c| matches!(c, Change::Transform(InstanceId(1), _))), "{changes:?}");
@@ -242,6 +248,6 @@ fn a_pose_is_a_list_of_changes() {
     session.update(changes).expect("changed");
     assert_eq!(session.changes_to(0.75), Changes::new());
     let far = Settings { shutter: Some(Shutter { open: 1.0, close: 0.5 }), ..settings(Method::Photons) };
-    let error = Session::new(runtime().device(), file.at(0.0), far).err().expect("refused").to_string();
+    let error = Session::new(runtime.device(), file.at(0.0), far).err().expect("refused").to_string();
     assert!(error.contains("shutter") && error.contains("in order"), "{error}");
 }
