@@ -78,6 +78,7 @@ fn parts_are_the_frames_of_the_whole() {
     assert_eq!(frames(&program, "part", 5), frames(&program, "whole", 5));
     let sharp = format!("{SMALL} --passes 3 -o sharp_##.exr");
     program.succeeds(&sharp);
+    program.refuses(&format!("{SMALL} --passes 3 --shutter 0.25 -o whole_##.exr"), 1, "is no frame of this render");
     assert_ne!(frames(&program, "sharp", 2)[1], frames(&program, "whole", 2)[1], "motion blur");
     assert_eq!(frames(&program, "sharp", 5)[4], frames(&program, "whole", 5)[4], "beyond the last key nothing moves");
 }

@@ -6,6 +6,7 @@ use nephroid::low_level::scene::{Choices, Light, Limits, Projection, Scene, Worl
 use serde_json::{Value, json};
 
 use crate::second_reader::{Point, Reader};
+use crate::support::files::Files;
 use crate::support::moving::Moving;
 use crate::support::shared;
 
@@ -131,7 +132,7 @@ fn what_is_scaled_to_nothing_is_hidden_and_what_is_mirrored_faces_on() {
     assert!(!visible(&file.at(1.0)) && World::of(&file.at(1.0)).triangles.is_empty());
     // Through its own origin: what was in front is behind, and so is its front.
     let turned = World::of(&file.at(2.0));
-    assert_eq!((turned.corners(0)[1], turned.normals[0]), ([-1.0, 0.0, 0.0], [-0.0, -0.0, -1.0]));
+    assert_eq!((turned.corners(0)[2], turned.normals[0]), ([-1.0, 0.0, 0.0], [-0.0, -0.0, -1.0]));
     let mirrored = Moving::triangle().node(0, "scale", &[0.0, 2.0], "VEC3", &[1.0, 1.0, 1.0, -1.0, 1.0, 1.0]);
     assert_eq!(World::of(&mirrored.at(2.0)).normals[0], [0.0, 0.0, 1.0]);
     assert!(World::of(&mirrored.at(1.0)).triangles.is_empty(), "seen from its edge");
@@ -291,6 +292,36 @@ fn damaged_channels_are_named_and_left_out() {
     let short = keys(&[0.0, 1.0, 2.0], six);
     assert!(short.load().unwrap().warnings.iter().any(|w| w.contains("6 numbers for 3 keys of 3")));
     assert_eq!(World::of(&short.at(1.0)).corners(0)[1], [10.0, 9.0, 9.0], "keys with values count");
+}
+
+/// A strict reader refuses what another reads around; a lamp that is hidden is dark; and a surface that comes to shine is
+/// a light from the beginning.
+#[test]
+fn strict_readers_dark_lamps_and_surfaces_that_come_to_shine() {
+    let file = Moving::triangle().node(0, "translation", &[1.0, 0.0], "VEC3", &[0.0; 6]);
+    let folder = Files::new();
+    let path = folder.write("scene.glb", &file.bytes());
+    let strict = Limits { strict: true, ..Limits::default() };
+    let error = load(&path, &strict).unwrap_err().to_string();
+    assert!(error.contains("animation 0, channel 0: sampler 0: key 1 at 0 s is before key 0 at 1 s"), "{error}");
+    let lights = json!({"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 2}]}});
+    let shown = "/nodes/1/extensions/KHR_node_visibility/visible";
+    let extensions = json!({"KHR_lights_punctual": {"light": 0}, "KHR_node_visibility": {"visible": false}});
+    let lamp = Moving::triangle()
+        .with("/extensions", lights)
+        .with("/nodes/-", json!({"extensions": extensions}))
+        .with("/scenes/0/nodes", json!([0, 1]))
+        .pointer(shown, &[0.0, 1.0], "SCALAR", &[0.0, 1.0]);
+    let irradiance = |scene: Scene| match scene.lights[0] {
+        Light::Directional { irradiance, .. } => irradiance,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(irradiance(lamp.load().unwrap()), [0.0; 3]);
+    assert_eq!((irradiance(lamp.at(0.0)), irradiance(lamp.at(1.0))), ([0.0; 3], [2.0; 3]));
+    let glow =
+        Moving::triangle().pointer("/materials/0/emissiveFactor", &[0.0, 1.0], "VEC3", &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    assert!(glow.load().unwrap().environment.is_none(), "no sky in place of what comes to shine");
+    assert_eq!(glow.at(0.5).materials[0].emissive, [0.5; 3]);
 }
 
 /// Vertices beyond single precision hide their mesh for that time.

@@ -61,7 +61,7 @@ impl Session {
     }
 
     /// Changes of the scene as it is when the shutter opens, whatever the last pass has shown.
-    pub(super) fn from_opening(&self, changes: Changes) -> Changes {
+    pub(super) fn since_opening(&self, changes: Changes) -> Changes {
         match self.settings.shutter.filter(|_| is_blurred(&self.scene, &self.settings)) {
             Some(shutter) => Changes([self.changes_to(shutter.open).0, changes.0].concat()),
             None => changes,

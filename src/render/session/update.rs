@@ -64,8 +64,8 @@ impl Session {
         if let Some((index, fault)) = faults(&changes.0, &self.scene).next() {
             return Err(Error::Usage(format!("change {index}: {fault}")));
         }
-        let theirs = self.other.as_ref().map(|other| other.session.from_opening(turns::changes_of_paths(&changes)));
-        self.update_each(self.from_opening(changes), theirs)
+        let theirs = self.other.as_ref().map(|other| other.session.since_opening(turns::changes_of_paths(&changes)));
+        self.update_each(self.since_opening(changes), theirs)
     }
 
     /// Changes this session, and with `theirs` that of the other method.

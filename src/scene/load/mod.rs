@@ -110,8 +110,8 @@ pub struct Choices {
     pub environment: Option<EnvironmentFile>,
     /// The variant of the materials by name, otherwise by index from 0; none is the materials as they are.
     pub variant: Option<String>,
-    /// The animation by name, otherwise by index from 0; none is every animation that moves nothing which an earlier one
-    /// of the file moves.
+    /// The animation by name, otherwise by index from 0; none is every animation that moves nothing which an earlier
+    /// one of the file moves.
     pub animation: Option<String>,
 }
 

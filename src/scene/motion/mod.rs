@@ -219,8 +219,8 @@ impl Motion {
     /// What of `scene` (the one this is the motion of, at any time) is different at `time` seconds.
     ///
     /// An instance whose place leaves no surface (it is scaled to nothing, or is not finite), or whose vertices are not
-    /// finite, is hidden at that time. A camera whose node has no direction then is where it is at rest, and a light has
-    /// no intensity.
+    /// finite, is hidden at that time. A camera whose node has no direction then is where it is at rest, and a light
+    /// has no intensity.
     pub fn pose(&self, time: f64, scene: &Scene) -> Pose {
         let state = self.state(time);
         let mut pose = Pose::default();
