@@ -109,6 +109,44 @@ fn a_killed_sequence_goes_on() {
     }
 }
 
+/// Ctrl-C ends a sequence between passes, with the frame in work in its checkpoint.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sequence_keeps_its_frame() {
+    let program = program();
+    let line = format!("{SMALL} --passes 400 --frames 2..3");
+    program.succeeds(&format!("{line} -o whole_##.exr"));
+    let mut child = program.command(&format!("{line} -o cut_##.exr")).stdout(Stdio::null()).spawn().expect("started");
+    // The claim of the frame is there when its passes begin.
+    while !program.path(".cut_02.film.exr.lock").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let signal = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(signal.expect("kill starts").success());
+    assert_eq!(child.wait().expect("gone").code(), Some(130));
+    let names: Vec<String> = names_in(program.folder()).into_iter().filter(|name| name.contains("cut")).collect();
+    assert!(names.is_empty() || names == ["cut_02.film.exr"], "no frame, and no claim is left: {names:?}");
+    program.succeeds(&format!("{line} -o cut_##.exr"));
+    assert_eq!(program.picture("cut_02.exr"), program.picture("whole_02.exr"));
+}
+
+/// Parts of a blurred render are of one render: each pass knows its moment.
+#[test]
+fn parts_of_a_blurred_picture_add_up() {
+    let program = program();
+    let line = SMALL.replace("animate", "render").replace("--fps 4", "--at 0.2 --shutter-seconds 0.5");
+    program.succeeds(&format!("{line} --passes 6 -o whole.exr"));
+    program.succeeds(&format!("{line} --pass-range 0..2 -o a.exr"));
+    program.succeeds(&format!("{line} --pass-range 2..6 -o b.exr"));
+    program.succeeds("merge a.exr b.exr -o all.exr --passes 6");
+    let layer = |name: &str| program.picture(name).layers[0].clone();
+    assert_eq!(layer("all.exr"), layer("whole.exr"));
+    let other = line.replace("0.5", "0.4");
+    program.succeeds(&format!("{other} --pass-range 2..6 -o c.exr"));
+    program.refuses("merge a.exr c.exr -o no.exr", 2, "shutter is 0.2 s to");
+}
+
 #[test]
 fn what_makes_no_sequence_is_refused() {
     let program = program();

@@ -4,7 +4,7 @@
 
 use nephroid::low_level::film::accumulate::Film;
 use nephroid::low_level::graph::Runtime;
-use nephroid::{Change, Changes, InstanceId, MaterialId, Method, Scene, Session, Settings, Shutter};
+use nephroid::{Change, Changes, InstanceId, MaterialId, MeshId, Method, Scene, Session, Settings, Shutter};
 use serde_json::{Value, json};
 
 use crate::support::device::runtime;
@@ -247,6 +247,9 @@ fn a_pose_is_a_list_of_changes() {
     assert!(changes.0.iter().any(|c| matches!(c, Change::Light(..))), "{changes:?}");
     session.update(changes).expect("changed");
     assert_eq!(session.changes_to(0.75), Changes::new());
+    let few = Changes(vec![Change::Tangents(MeshId(0), vec![[1.0, 0.0, 0.0, 1.0]])]);
+    let error = session.update(few).expect_err("refused").to_string();
+    assert!(error.contains("1 tangents for 6 vertices"), "{error}");
     let far = Settings { shutter: Some(Shutter { open: 1.0, close: 0.5 }), ..settings(Method::Photons) };
     let error = Session::new(runtime.device(), file.at(0.0), far).err().expect("refused").to_string();
     assert!(error.contains("shutter") && error.contains("in order"), "{error}");

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use crate::second_reader::{Point, Reader};
 use crate::support::files::Files;
 use crate::support::moving::Moving;
-use crate::support::shared;
+use crate::support::{repository, shared};
 
 /// The samples that move, with the animations that are played.
-const SAMPLES: [(&str, &[usize]); 9] = [
+const SAMPLES: [(&str, &[usize]); 11] = [
     ("AnimatedCube/AnimatedCube.gltf", &[0]),
     ("AnimatedMorphCube/AnimatedMorphCube.glb", &[0]),
     ("BoxAnimated/BoxAnimated.glb", &[0]),
@@ -21,9 +21,14 @@ const SAMPLES: [(&str, &[usize]); 9] = [
     ("Fox/Fox.glb", &[0]),
     ("SimpleMorph/SimpleMorph.gltf", &[0]),
     ("SimpleSkin/SimpleSkin.gltf", &[0]),
+    ("assets/pendulum.glb", &[0]),
+    ("assets/banner.glb", &[0]),
 ];
 
 fn sample(name: &str) -> Option<PathBuf> {
+    if name.starts_with("assets/") {
+        return Some(repository(name));
+    }
     shared::path("assets/khronos").map(|folder| folder.join(name)).filter(|path| path.exists())
 }
 
@@ -124,6 +129,18 @@ fn children_follow_what_moves_them() {
     let scene = file.load().unwrap();
     assert_eq!(scene.motion.unwrap().span(), [1.0, 3.0]);
     assert!(file.load().unwrap().warnings.iter().all(|w| w.contains("the scene has no")));
+}
+
+#[test]
+fn copies_of_a_node_follow_it() {
+    let mut file = Moving::triangle();
+    let places = file.accessor("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 5.0]);
+    let file = file
+        .with("/nodes/0/extensions", json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}}))
+        .node(0, "scale", &[0.0, 1.0], "VEC3", &[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]);
+    let world = World::of(&file.at(1.0));
+    assert_eq!((world.corners(0)[1], world.corners(1)[1]), ([3.0, 0.0, 0.0], [3.0, 0.0, 15.0]));
+    assert_eq!(file.at(1.0).meshes.len(), 1, "they share their mesh");
 }
 
 #[test]
