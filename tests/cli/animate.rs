@@ -25,6 +25,7 @@ fn program() -> Program {
             json!([{"mesh": 0}, {"camera": 0, "translation": [0.5, 0.5, 4]}, {"mesh": 0, "translation": [-1, 0, -1]}]),
         )
         .with("/scenes/0/nodes", json!([0, 1, 2]))
+        .pointer("/cameras/0/perspective/yfov", &[0.0, 1.0], "SCALAR", &[0.7, 0.6])
         .node(0, "translation", &[0.0, 1.0], "VEC3", &[-0.5, 0.0, 0.0, 1.0, 0.2, 0.0]);
     std::fs::write(program.path("scene.glb"), file.bytes()).expect("written");
     program
@@ -37,7 +38,8 @@ fn frames(program: &Program, stem: &str, count: u64) -> Vec<nephroid::Picture> {
 #[test]
 fn frames_that_are_there_are_not_rendered_again() {
     let program = program();
-    let line = format!("{SMALL} --passes 3 -o a_##.exr -o a_##.png");
+    let lens = "--aperture f/0.5 --focus 4";
+    let line = format!("{SMALL} {lens} --passes 3 -o a_##.exr -o a_##.png");
     let said = program.succeeds(&line);
     assert!(said.starts_with("5 frames in ") && said.trim_end().ends_with(": a_##.exr"), "{said}");
     let names = names_in(program.folder());
@@ -57,9 +59,9 @@ fn frames_that_are_there_are_not_rendered_again() {
     assert!(said.starts_with("3 frames in ") && said.contains(", 2 that were there: "), "{said}");
     assert_eq!(bytes("a_02.exr"), before);
     assert_eq!(frames(&program, "a", 5), first, "frames of later runs are those of the first");
-    // One frame by `render` is the same.
+    // One frame by `render` is the same, also where the lens follows the camera.
     let one = SMALL.replace("animate", "render").replace("--fps 4", "--at 0.5");
-    program.succeeds(&format!("{one} --passes 3 -o one.exr"));
+    program.succeeds(&format!("{one} {lens} --passes 3 -o one.exr"));
     assert_eq!(program.picture("one.exr"), first[2]);
     // Frames of other settings are not taken for these, and not replaced.
     program.refuses(&format!("{line} --seed 3"), 1, "'a_00.exr' is no frame of this render");

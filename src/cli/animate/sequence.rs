@@ -26,8 +26,8 @@ pub(super) struct Sequence<'a> {
     request: Request,
     files: Frames<'a>,
     stop: &'a AtomicBool,
-    /// The device and the session of the last frame, from the first one that is rendered on.
-    work: Option<(Runtime, Session)>,
+    /// The device, the session and the settings of the last frame, from the first one that is rendered on.
+    work: Option<(Runtime, Session, Settings)>,
     /// Frames to render in all.
     total: u64,
 }
@@ -61,8 +61,9 @@ impl<'a> Sequence<'a> {
         scene.warnings.iter().for_each(|warning| monitor.note(&advice::warning(warning)));
         let mut done = Done::default();
         for frame in frames {
-            let (time, settings) = self.moment(frame, &scene)?;
+            let time = frame as f64 / self.args.frames.fps;
             scene.move_to(time);
+            let settings = self.settings(frame, &scene)?;
             self.files.spare_scene(frame, &scene)?;
             let identity = identity(&scene, &settings);
             if self.files.is_there(frame, &identity)? {
@@ -104,18 +105,18 @@ impl<'a> Sequence<'a> {
         Ok(done)
     }
 
-    /// The time of a frame, and its settings.
-    fn moment(&self, frame: u64, scene: &Scene) -> Result<(f64, Settings)> {
+    /// The settings of a frame, for the scene as it is then.
+    fn settings(&self, frame: u64, scene: &Scene) -> Result<Settings> {
         let flags = &self.args.frames;
-        let time = frame as f64 / flags.fps;
-        let shutter = Shutter { open: time, close: (frame as f64 + flags.shutter) / flags.fps };
+        let [open, close] = [0.0, flags.shutter].map(|share| (frame as f64 + share) / flags.fps);
+        let shutter = Shutter { open, close };
         let mut settings = engine::settings(&self.request, scene)?;
         settings.shutter = (flags.shutter > 0.0).then_some(shutter);
         if !flags.coherent {
             // As far from each other as seeds can be (Knuth, The Art of Computer Programming, volume 3, section 6.4).
             settings.seed ^= (frame as u32).wrapping_mul(0x9e37_79b1);
         }
-        Ok((time, settings))
+        Ok(settings)
     }
 
     /// Renders one frame.
@@ -127,22 +128,30 @@ impl<'a> Sequence<'a> {
         done: &Done,
     ) -> Result<FinishedRender> {
         let (runtime, mut session) = match self.work.take() {
-            Some((runtime, mut session)) => {
+            Some((runtime, mut session, former)) if alike(&former, &settings) => {
                 session.show(time, settings.shutter)?;
-                session.update(Changes::new().with(Change::Seed(settings.seed)))?;
+                let changes = [Change::Seed(settings.seed), Change::Lens(settings.lens)];
+                session.update(Changes(changes.to_vec()))?;
                 session.reset();
                 (runtime, session)
             }
-            None => {
-                let runtime = self.request.device.open()?;
-                let session = Session::new(runtime.device(), scene.clone(), settings)?;
+            // What no change of a session reaches asks for a new one.
+            former => {
+                let runtime = match former {
+                    Some((runtime, session, _)) => {
+                        drop(session);
+                        runtime
+                    }
+                    None => self.request.device.open()?,
+                };
+                let session = Session::new(runtime.device(), scene.clone(), settings.clone())?;
                 (runtime, session)
             }
         };
         let mut monitor = self.monitor(format!("frame {frame} ({}), ", self.place(done)));
         let rendered = engine::passes(&self.request, (&mut session, &runtime), prepared, &mut monitor);
         monitor.progress.finish();
-        self.work = Some((runtime, session));
+        self.work = Some((runtime, session, settings));
         rendered
     }
 
@@ -172,4 +181,10 @@ impl<'a> Sequence<'a> {
         let text = format!("frame {frame}: {passes} pass{plural} in {:.1} s{error}", rendered.info.seconds);
         self.monitor(String::new()).note(&format!("{text}; {} left", clock(seconds)));
     }
+}
+
+/// Whether settings differ in nothing but what a running session can change.
+fn alike(former: &Settings, next: &Settings) -> bool {
+    let Settings { seed, shutter, lens, .. } = *former;
+    *former == Settings { seed, shutter, lens, ..next.clone() }
 }
