@@ -88,9 +88,11 @@ mod vk;
 pub use error::{Error, MemoryCause, Result};
 pub use film::accumulate::Film;
 pub use picture::image::{Layer, Picture};
-pub use render::{Change, Changes, Estimator, Lens, Method, Session, Settings, Statistics, Step, Steps, Updated};
+pub use render::{
+    Change, Changes, Estimator, Lens, Method, Session, Settings, Shutter, Statistics, Step, Steps, Updated,
+};
 pub use scene::{
     Alpha, Camera, CameraId, Environment, Image, Instance, InstanceId, Light, LightId, Material, MaterialId, Mesh,
-    MeshId, Projection, Scene, Texture, TextureRef, Transform, Wrap,
+    MeshId, Motion, Pose, Projection, Scene, Texture, TextureRef, Transform, Vertices, Wrap,
 };
 pub use vk::{Device, DeviceInfo, DeviceOptions, devices};

@@ -27,6 +27,7 @@ pub(super) const FLAGS: &[(&str, &str)] = &[
     ("tracer", "--tracer"),
     ("seed", "--seed"),
     ("select", "--device"),
+    ("shutter", "--shutter-seconds"),
     ("validate", "--validate"),
     ("weight", "--kernel"),
     ("width", "--size"),

@@ -8,13 +8,14 @@ use serde_json::{Value, json};
 use super::console::print;
 use super::environment::EnvironmentArgs;
 use super::inputs::check_readable;
+use super::moment::seconds;
 use super::numbers::bytes;
 use super::reading::ReadingArgs;
 use super::values::{self, Size};
 use crate::error::{Error, Result, escaped};
 use crate::graph::DeviceClass;
 use crate::render::{Outline, Saving, Savings, Settings, savings};
-use crate::scene::{Needs, Scene, Summary};
+use crate::scene::{Motion, Needs, Scene, Summary};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,6 +38,10 @@ pub struct InfoArgs {
     /// How the scene is read.
     #[command(flatten)]
     pub reading: ReadingArgs,
+
+    /// Show the scene as its animation has it at this time, in seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub at: Option<f64>,
 
     /// Picture size to assume, in pixels
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
@@ -64,7 +69,8 @@ struct Facts<'a> {
 pub fn run(args: &InfoArgs) -> Result<()> {
     check_readable(&args.scene)?;
     args.environment.environment.iter().try_for_each(|path| check_readable(path))?;
-    let scene = args.reading.load(&args.scene, &args.environment)?;
+    let mut scene = args.reading.load(&args.scene, &args.environment)?;
+    args.at.into_iter().for_each(|at| scene.move_to(at));
     if scene.cameras.is_empty() {
         return Err(Error::scene(&args.scene, "no camera"));
     }
@@ -119,6 +125,7 @@ impl Facts<'_> {
             format!("  textures     {} of {} images ({})", s.textures, s.images, bytes(s.image_bytes)),
             format!("  cameras      {}", s.cameras),
             format!("  variants     {}", variants(&self.scene.variants)),
+            format!("  animations   {}", animations(self.scene.motion.as_deref())),
             format!("  on the host  {}", bytes(s.bytes())),
         ]
     }
@@ -132,6 +139,7 @@ impl Facts<'_> {
             "triangles": s.triangles, "triangles_skipped": self.savings.skipped_triangles, "vertices": s.vertices,
             "materials": s.materials, "textures": s.textures, "images": s.images, "cameras": s.cameras,
             "variants": self.scene.variants,
+            "animations": self.scene.motion.as_deref().map(animations_json),
             "lights": {
                 "point": point, "spot": spot, "directional": directional,
                 "emissive_triangles": s.emissive_triangles, "environment": s.environment,
@@ -157,6 +165,27 @@ fn variants(names: &[String]) -> String {
         1..=MOST => quoted.join(", "),
         count => format!("{}, and {} more", quoted.join(", "), count - MOST),
     }
+}
+
+/// Names of the animations, which are played, and for how long.
+fn animations(motion: Option<&Motion>) -> String {
+    let Some(motion) = motion else { return "none".into() };
+    let (played, [start, end]) = (motion.animations().iter().filter(|(_, played)| *played).count(), motion.span());
+    let names: Vec<String> = motion.animations().iter().map(|(name, _)| name.clone()).collect();
+    match played {
+        0 => variants(&names),
+        _ if played == names.len() => format!("{}, {start:.3} s to {end:.3} s", variants(&names)),
+        _ => {
+            let on: Vec<String> =
+                motion.animations().iter().filter(|(_, on)| *on).map(|(name, _)| name.clone()).collect();
+            format!("{} of {}, {start:.3} s to {end:.3} s", variants(&on), variants(&names))
+        }
+    }
+}
+
+fn animations_json(motion: &Motion) -> Value {
+    let all = motion.animations().iter().map(|(name, played)| json!({ "name": name, "played": played }));
+    json!({ "span": motion.span(), "all": all.collect::<Value>() })
 }
 
 /// `title: a, b, c`, broken into lines; nothing without names.

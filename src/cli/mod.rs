@@ -6,6 +6,7 @@
 //! `compare --fail-above` or a case of `check` failed, 130 interrupted.
 
 mod advice;
+mod animate;
 mod bench;
 mod check;
 mod compare;
@@ -13,10 +14,12 @@ mod console;
 mod device;
 mod devices;
 mod environment;
+mod flicker;
 mod info;
 mod inputs;
 mod interrupt;
 mod merge;
+mod moment;
 mod numbers;
 mod progress;
 mod reading;
@@ -38,6 +41,7 @@ Examples:
   nephroid render ring.gltf -o ring.exr --size 320x240 --time 60s --aov all
   nephroid render hall.gltf -o hall.exr --time 8h --checkpoint hall.film.exr
   nephroid merge part-*.exr -o hall.exr
+  nephroid animate fox.glb -o fox_####.png --fps 24 --shutter 0.5
   nephroid compare ring.exr reference.exr
 
 Exit codes: 0 done, 1 usage, 2 bad scene or file, 3 no device, 4 device failed or out
@@ -56,6 +60,8 @@ struct Cli {
 enum Command {
     /// Render a scene.
     Render(Box<render::RenderArgs>),
+    /// Render the frames of a scene that moves.
+    Animate(Box<animate::AnimateArgs>),
     /// Add up the parts of a render that several machines did.
     Merge(merge::MergeArgs),
     /// Show what a scene holds and what rendering it needs.
@@ -66,6 +72,8 @@ enum Command {
     Bench(Box<bench::BenchArgs>),
     /// Measure the difference between two EXR pictures.
     Compare(compare::CompareArgs),
+    /// Measure how much the frames of a sequence flicker.
+    Flicker(flicker::FlickerArgs),
     /// Measure error against run time over scenes, settings and seeds.
     Study(study::StudyArgs),
     /// Run stiff and extreme cases with known answers on a device.
@@ -118,11 +126,13 @@ fn sentence(error: &clap::Error) -> String {
 fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Animate(args) => animate::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Flicker(args) => flicker::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Check(args) => check::run(&args),
     }

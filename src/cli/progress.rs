@@ -57,6 +57,8 @@ impl Limit {
 pub struct Progress {
     limit: Limit,
     display: Display,
+    /// What comes before the numbers.
+    title: String,
 }
 
 enum Display {
@@ -85,7 +87,12 @@ impl Progress {
             // The first pass has a line of its own: preparing may have taken long, and now it runs.
             Display::Lines { next: 0.0 }
         };
-        Self { limit, display }
+        Self { limit, display, title: String::new() }
+    }
+
+    /// The same, with a title before the numbers.
+    pub fn titled(self, title: String) -> Self {
+        Self { title, ..self }
     }
 
     /// Shows a new status; cheap enough for every pass.
@@ -94,12 +101,12 @@ impl Progress {
             Display::Quiet => (),
             Display::Lines { next } => {
                 if is_due(next, status.seconds) {
-                    say(&message(status, self.limit));
+                    say(&format!("{}{}", self.title, message(status, self.limit)));
                 }
             }
             Display::Bar(bar) => {
                 bar.set_position((self.limit.fraction(status) * STEPS as f64) as u64);
-                bar.set_message(message(status, self.limit));
+                bar.set_message(format!("{}{}", self.title, message(status, self.limit)));
             }
         }
     }
@@ -206,10 +213,10 @@ mod tests {
     fn every_display_takes_every_call() {
         let displays = [Display::Quiet, Display::Lines { next: 1e9 }, Display::Bar(ProgressBar::hidden())];
         for display in displays {
-            let mut progress = Progress { limit: BOTH, display };
+            let mut progress = Progress { limit: BOTH, display, title: "frame 3, ".into() };
             progress.update(QUARTER);
             if let Display::Bar(bar) = &progress.display {
-                assert_eq!((bar.position(), bar.message()), (250, message(QUARTER, BOTH)));
+                assert_eq!((bar.position(), bar.message()), (250, format!("frame 3, {}", message(QUARTER, BOTH))));
             }
             progress.finish();
         }

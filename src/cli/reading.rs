@@ -17,6 +17,11 @@ pub struct ReadingArgs {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
 
+    /// Animation, by name or by index from 0; without it every animation is played that moves nothing which an earlier
+    /// one of the file moves: of several gaits of one figure the first
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
+
     /// Refuse a scene in which something is wrong, instead of a warning and a picture without it
     #[arg(long)]
     pub strict: bool,
@@ -28,7 +33,8 @@ impl ReadingArgs {
     /// # Errors
     /// Those of [`scene::load_with`].
     pub fn load(&self, scene: &Path, environment: &EnvironmentArgs) -> Result<Scene> {
-        let choices = Choices { environment: environment.file(), variant: self.variant.clone() };
+        let (variant, animation) = (self.variant.clone(), self.animation.clone());
+        let choices = Choices { environment: environment.file(), variant, animation };
         scene::load_with(scene, &choices, &Limits { strict: self.strict, ..Limits::default() })
     }
 }

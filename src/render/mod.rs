@@ -16,6 +16,7 @@ pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{CLASSES, Choice, Session, Statistics, Updated};
 pub use settings::{
-    Estimator, Lens, MapSettings, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, Tracer, by_name,
+    Estimator, Lens, MapSettings, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, Shutter, Tracer,
+    by_name,
 };
 pub use settings::{names, ranges};

@@ -123,14 +123,14 @@ fn double(v: [f32; 3]) -> DVec3 {
 }
 
 /// Determinant times inverse transpose of the linear part, with the sign that keeps normals on their side.
-fn normal_matrix(m: &DMat4) -> DMat3 {
+pub(super) fn normal_matrix(m: &DMat4) -> DMat3 {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
     cofactors * handedness(m)
 }
 
 /// -1 for a transform that mirrors, otherwise 1, also where it flattens space: the rest of the determinant is rounding.
-fn handedness(m: &DMat4) -> f64 {
+pub(super) fn handedness(m: &DMat4) -> f64 {
     const ROUNDING: f64 = 1e-14;
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
     if x.cross(y).dot(z) < -ROUNDING * (x.length() * y.length() * z.length()) { -1.0 } else { 1.0 }

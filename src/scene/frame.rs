@@ -67,6 +67,7 @@ impl Scene {
         let emits = |(m, used): (&Material, bool)| used && m.emissive != [0.0; 3];
         let shines = |e: &Environment| e.radiance.iter().any(|t| *t != [0.0; 3]);
         !self.lights.is_empty()
+            || self.motion.as_ref().is_some_and(|motion| motion.may_shine())
             || self.environment.as_ref().is_some_and(shines)
             || self.materials.iter().zip(used).any(emits)
     }

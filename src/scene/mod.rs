@@ -15,6 +15,7 @@ pub mod frame;
 mod ids;
 pub mod load;
 mod mesh;
+pub mod motion;
 pub mod needs;
 pub mod shapes;
 pub mod summary;
@@ -23,11 +24,13 @@ mod validate;
 mod world;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub use environment::EnvironmentFile;
 pub use ids::{CameraId, InstanceId, LightId, MaterialId, MeshId};
 pub use load::{Choices, Limits, load, load_with, load_with_environment};
 pub use mesh::{Instance, Mesh};
+pub use motion::{Motion, Pose, Vertices};
 pub use needs::Needs;
 pub use summary::Summary;
 pub use transform::Transform;
@@ -64,6 +67,8 @@ pub struct Scene {
     /// Names of the variants of materials that the file has (KHR_materials_variants): one can be chosen when it is
     /// loaded.
     pub variants: Vec<String>,
+    /// How it moves, where the file has animations: [`Scene::move_to`].
+    pub motion: Option<Arc<Motion>>,
 }
 
 /// glTF 2.0 metallic-roughness material with the extensions nephroid supports. Factors multiply textures.

@@ -102,6 +102,14 @@ impl Mesh {
         finite("position", positions)?;
         finite("normal", normals)
     }
+
+    /// What is wrong with other tangents for it, if anything is.
+    pub(crate) fn check_tangents(&self, tangents: &[[f32; 4]]) -> Check {
+        if tangents.len() != self.positions.len() {
+            return Err(format!("{} tangents for {} vertices", tangents.len(), self.positions.len()));
+        }
+        finite("tangent", tangents)
+    }
 }
 
 /// Checks a list, and names the part at fault.

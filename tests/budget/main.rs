@@ -32,9 +32,9 @@ const READINGS: [(&str, Reading); 4] = [
     ("film", |path| film_file::read(path).map(drop).map_err(|e| e.to_string())),
 ];
 
-/// What reads scenes.
+/// What reads scenes, and moves them.
 const LOADING: [(&str, Reading); 1] =
-    [("scene", |path| scene::load(path, &Limits::default()).map(drop).map_err(|e| e.to_string()))];
+    [("scene", |path| scene::load(path, &Limits::default()).map(|mut s| s.move_to(0.5)).map_err(|e| e.to_string()))];
 
 /// Reads the file in every way; the sentences with which it was refused. Fails beyond the budget.
 fn within_budget(name: &str, path: &Path, readings: &[(&str, Reading)]) -> Vec<String> {

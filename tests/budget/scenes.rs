@@ -31,7 +31,7 @@ impl Scene {
 }
 
 pub fn all() -> Vec<Scene> {
-    [lists(), geometry(), packed(), pictures(), files()].into_iter().flatten().collect()
+    [lists(), geometry(), moving(), packed(), pictures(), files()].into_iter().flatten().collect()
 }
 
 fn read(name: &'static str, bytes: Vec<u8>) -> Scene {
@@ -131,6 +131,52 @@ fn geometry() -> Vec<Scene> {
         refused("2^25 triangles by instances", instanced(1 << 18, 129)),
         read("a list of which little is used, very often", many(5_000, zeros(4_000_000))),
         refused("a list of zeros, very often", sheet(5_000)),
+    ]
+}
+
+/// Keys and what they move, in great numbers.
+fn moving() -> Vec<Scene> {
+    let scalars = |count: u64| json!({"componentType": 5126, "count": count, "type": "SCALAR"});
+    let keys = |channels: usize, samplers: usize| {
+        let mut json = with("/accessors/-", scalars(4_000_000));
+        set(&mut json, "/accessors/-", zeros(4_000_000));
+        let channel = |i: usize| json!({"sampler": i % samplers, "target": {"node": i, "path": "translation"}});
+        let sampler = json!({"input": 2, "output": 3});
+        let animation = json!({"channels": (0..channels).map(channel).collect::<Vec<_>>(),
+                               "samplers": vec![sampler; samplers]});
+        set(&mut json, "/animations", json!([animation]));
+        set(&mut json, "/nodes", vec![json!({"mesh": 0}); channels].into());
+        set(&mut json, "/scenes/0/nodes", (0..channels).collect());
+        glb(&json, &triangle_bin())
+    };
+    let each_its_own = |count: usize| {
+        let mut json = with("/accessors/-", scalars(1));
+        let one = |i: usize| {
+            let channel = json!({"sampler": 0, "target": {"node": i, "path": "scale"}});
+            json!({"channels": [channel], "samplers": [{"input": 2, "output": 0}]})
+        };
+        set(&mut json, "/animations", (0..count).map(one).collect());
+        set(&mut json, "/nodes", vec![json!({"mesh": 0}); count].into());
+        set(&mut json, "/scenes/0/nodes", (0..count).collect());
+        glb(&json, &triangle_bin())
+    };
+    let morphed = |nodes: usize| {
+        let mut json = with("/accessors/0", zeros(300_000));
+        set(&mut json, "/accessors/-", scalars(60));
+        let primitive = json!({"attributes": {"POSITION": 0}, "targets": vec![json!({"POSITION": 0}); 60]});
+        set(&mut json, "/meshes/0", json!({"primitives": [primitive]}));
+        let channel = |i: usize| json!({"sampler": 0, "target": {"node": i, "path": "weights"}});
+        let channels: Vec<Value> = (0..nodes).map(channel).collect();
+        set(&mut json, "/animations", json!([{"channels": channels, "samplers": [{"input": 2, "output": 2}]}]));
+        set(&mut json, "/nodes", vec![json!({"mesh": 0}); nodes].into());
+        set(&mut json, "/scenes/0/nodes", (0..nodes).collect());
+        glb(&json, &triangle_bin())
+    };
+    vec![
+        read("keys of zeros, very often", keys(2_000, 2_000)),
+        read("many channels of one sampler", keys(20_000, 1)),
+        read("many animations", each_its_own(20_000)),
+        refused("60 morph targets of many nodes, with keys", morphed(200)),
     ]
 }
 

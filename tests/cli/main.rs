@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod animate;
 mod commands;
 mod device;
 mod farm;

@@ -41,9 +41,17 @@ fn targets() -> Vec<Target> {
     let mut all = vec![
         target("scene", "glb", corpus::scenes(), |path| {
             // What was loaded must also be fit for use.
-            let scene = load(path, &Limits::default()).map_err(|e| e.to_string())?;
+            let mut scene = load(path, &Limits::default()).map_err(|e| e.to_string())?;
             World::of(&scene);
-            scene.validate_references().map_err(|e| e.to_string())
+            scene.validate_references().map_err(|e| e.to_string())?;
+            let is_valid = scene.validate().is_ok();
+            for time in [0.3, 1e9, f64::NAN] {
+                scene.move_to(time);
+                World::of(&scene);
+                let fault = scene.validate().err().filter(|_| is_valid);
+                assert!(fault.is_none(), "sound at rest, but not at {time} s: {fault:?}");
+            }
+            Ok(())
         }),
         target("environment", "hdr", corpus::radiance(), environment),
         target("environment", "exr", corpus::openexr(), environment),

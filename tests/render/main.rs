@@ -10,6 +10,7 @@ mod guide;
 mod light;
 mod maps;
 mod media;
+mod moving;
 mod path;
 mod photon_build;
 mod sampling;

@@ -5,5 +5,7 @@ mod support;
 
 mod bad;
 mod load;
+mod moving;
 mod packed;
 mod samples;
+mod second_reader;

@@ -11,6 +11,7 @@ pub mod files;
 pub mod gather;
 pub mod harness;
 pub mod lab;
+pub mod moving;
 pub mod program;
 pub mod proof;
 pub mod random;

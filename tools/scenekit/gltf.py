@@ -25,6 +25,7 @@ class Scene:
         self.nodes, self.meshes, self.materials, self.cameras, self.lights = [], [], [], [], []
         self.images, self.accessors, self.views = [], [], []
         self.textures, self.data, self.extensions, self.shapes = [], bytearray(), set(), {}
+        self.skins, self.samplers, self.channels = [], [], []
 
     # ---- materials ----
 
@@ -118,7 +119,57 @@ class Scene:
             "yfov": round(math.radians(yfov), 6), "aspectRatio": aspect, "znear": 0.01}})
         self.nodes.append({"name": name, "camera": len(self.cameras) - 1, "matrix": rounded(frame(eye, target), 9)})
 
+    # ---- motion ----
+
+    def node(self, name, mesh, translation=(0.0, 0.0, 0.0), parent=None, skin=None):
+        """A node that can be moved: it has no matrix. With `parent` it is below that node."""
+        entry = {"name": name, "translation": rounded(translation)} if skin is None else {"name": name, "skin": skin}
+        if mesh is not None:
+            entry["mesh"] = mesh
+        self.nodes.append(entry)
+        if parent is not None:
+            self.nodes[parent].setdefault("children", []).append(len(self.nodes) - 1)
+        return len(self.nodes) - 1
+
+    def skin(self, mesh, joints, inverse, bound, weights):
+        """Binds the vertices of a mesh: four joints and weights each."""
+        matrices = self.floats("MAT4", inverse)
+        view = self.view(bytes(j for four in bound for j in four), 34962)
+        self.accessors.append({"bufferView": view, "componentType": 5121, "count": len(bound), "type": "VEC4"})
+        chosen = len(self.accessors) - 1
+        shares = self.vectors(weights)
+        for primitive in self.meshes[mesh]["primitives"]:
+            primitive["attributes"] = primitive["attributes"] | {"JOINTS_0": chosen, "WEIGHTS_0": shares}
+        self.skins.append({"joints": joints, "inverseBindMatrices": matrices})
+        return len(self.skins) - 1
+
+    def morph(self, mesh, targets):
+        """Displacements of all vertices of a mesh of one shape, for each target."""
+        targets = [{"POSITION": self.vectors(target, bounds=True)} for target in targets]
+        for primitive in self.meshes[mesh]["primitives"]:
+            primitive["targets"] = targets
+        self.meshes[mesh]["weights"] = [0.0] * len(targets)
+
+    def keys(self, target, times, values, interpolation="LINEAR"):
+        """Values at times in seconds: three to a time (in-tangent, value, out-tangent) for `CUBICSPLINE`."""
+        kind = "SCALAR" if len(values[0]) == 1 else f"VEC{len(values[0])}"
+        sampler = {"input": self.floats("SCALAR", [(t,) for t in times]), "output": self.floats(kind, values)}
+        self.accessors[sampler["input"]] |= {"min": [min(times)], "max": [max(times)]}
+        self.samplers.append(sampler | ({} if interpolation == "LINEAR" else {"interpolation": interpolation}))
+        self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
+
+    def pointer(self, pointer, times, values):
+        self.extensions.add("KHR_animation_pointer")
+        self.keys({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}, times, values)
+
     # ---- bytes ----
+
+    def floats(self, kind, rows):
+        """Numbers that are no attributes of vertices."""
+        flat = rounded(x for row in rows for x in row)
+        view = self.view(struct.pack(f"<{len(flat)}f", *flat))
+        self.accessors.append({"bufferView": view, "componentType": 5126, "count": len(rows), "type": kind})
+        return len(self.accessors) - 1
 
     def view(self, data, target=None):
         self.data += b"\0" * (-len(self.data) % 4)
@@ -146,16 +197,22 @@ class Scene:
         self.accessors.append({"bufferView": view, "componentType": kind, "count": len(flat), "type": "SCALAR"})
         return len(self.accessors) - 1
 
+    def roots(self):
+        below = {child for node in self.nodes for child in node.get("children", [])}
+        return [i for i in range(len(self.nodes)) if i not in below]
+
     def document(self):
         document = {"asset": {"version": "2.0", "generator": "nephroid tools/scenes", "copyright": "CC0-1.0"},
-                    "scene": 0, "scenes": [{"nodes": list(range(len(self.nodes)))}]}
+                    "scene": 0, "scenes": [{"nodes": self.roots()}]}
         for key, value in (("nodes", self.nodes), ("meshes", self.meshes), ("materials", self.materials),
                            ("cameras", self.cameras), ("images", self.images), ("textures", self.textures),
-                           ("accessors", self.accessors), ("bufferViews", self.views)):
+                           ("skins", self.skins), ("accessors", self.accessors), ("bufferViews", self.views)):
             if value:
                 document[key] = value
         if self.textures:
             document["samplers"] = [{"magFilter": 9729, "minFilter": 9729, "wrapS": 10497, "wrapT": 10497}]
+        if self.channels:
+            document["animations"] = [{"name": "motion", "samplers": self.samplers, "channels": self.channels}]
         if self.lights:
             document["extensions"] = {"KHR_lights_punctual": {"lights": self.lights}}
         if self.extensions:

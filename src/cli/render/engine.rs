@@ -15,6 +15,7 @@ use crate::cli::inputs::spare_inputs;
 use crate::cli::progress::Status;
 use crate::cli::values::{Aov, Bsdf, choose_camera};
 use crate::error::Result;
+use crate::film::film_file::Identity;
 use crate::graph::{Runtime, chrome_trace};
 use crate::picture::exr::RenderInfo;
 use crate::picture::image::{Channels, Picture};
@@ -24,31 +25,52 @@ use crate::scene::Scene;
 /// Renders until a limit is reached or the user stops.
 pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<FinishedRender> {
     let begin = Instant::now();
-    let scene = request.reading.load(&request.scene, &request.light.environment)?;
+    let mut scene = request.reading.load(&request.scene, &request.light.environment)?;
     spare_inputs(&request.outputs.iter().collect::<Vec<_>>(), &scene.files)?;
     for warning in &scene.warnings {
         monitor.note(&advice::warning(warning));
     }
+    let (shutter, told) = request.moment.apply(&mut scene);
+    told.iter().for_each(|told| monitor.note(told));
     let loaded = begin.elapsed().as_secs_f64();
     let runtime = request.device.open()?;
-    let settings = settings(request, &scene)?;
+    let settings = Settings { shutter, ..settings(request, &scene)? };
     let after = After::of(request, &scene.cameras[settings.camera], &settings)?;
     let identity = identity(&scene, &settings);
     let mut session = Session::new(runtime.device(), scene, settings)?;
     let prepared = begin.elapsed().as_secs_f64() - loaded;
+    passes(request, (&mut session, &runtime), Prepared { after, identity, loaded, prepared }, monitor)
+}
+
+/// What is known before the first pass.
+pub(in crate::cli) struct Prepared {
+    pub after: After,
+    pub identity: Identity,
+    /// Seconds that loading took, and the set-up after it.
+    pub loaded: f64,
+    pub prepared: f64,
+}
+
+/// Renders passes into the film of a session until a limit is reached or the user stops.
+pub(in crate::cli) fn passes(
+    request: &Request,
+    (session, runtime): (&mut Session, &Runtime),
+    Prepared { after, identity, loaded, prepared }: Prepared,
+    monitor: &mut Monitor,
+) -> Result<FinishedRender> {
     let mut trace = Vec::new();
-    let mut checkpoints = Checkpoints::begin(&request.film, identity, &mut session, &runtime, monitor)?;
+    let mut checkpoints = Checkpoints::begin(&request.film, identity, session, runtime, monitor)?;
     let mut rule = StopRule::new(request.limit, request.target_error, monitor.is_shown());
     let mut failure = None;
     let stop = loop {
         if monitor.is_stopped() {
             break StopReason::Interrupted;
         }
-        let status = status(&session, &checkpoints, &mut rule, monitor)?;
+        let status = status(session, &checkpoints, &mut rule, monitor)?;
         if let Some(stop) = rule.decide(&status) {
             break stop;
         }
-        let Some(index) = checkpoints.next_pass(&session) else { break StopReason::Passes };
+        let Some(index) = checkpoints.next_pass(session) else { break StopReason::Passes };
         if let Err(error) = session.run_pass(index) {
             failure = Some(error);
             break StopReason::Failed;
@@ -57,14 +79,14 @@ pub(super) fn render(request: &Request, monitor: &mut Monitor) -> Result<Finishe
             trace.extend(session.timings());
         }
         let seconds = checkpoints.seconds();
-        checkpoints.pass_done(&session, || info(request, &runtime, status.passes + 1, seconds).metadata(), monitor)?;
+        checkpoints.pass_done(session, || info(request, runtime, status.passes + 1, seconds).metadata(), monitor)?;
     };
     let seconds = checkpoints.seconds();
     runtime.device().check_validation()?;
     let measured = Measured { loaded, prepared, seconds, stop, trace };
     let finished = || {
-        let film = if request.film.keeps_film() { Some(checkpoints.file(&session)?) } else { None };
-        Ok(FinishedRender { film, ..finish((request, &after), &session, &runtime, measured)? })
+        let film = if request.film.keeps_film() { Some(checkpoints.file(session)?) } else { None };
+        Ok(FinishedRender { film, ..finish((request, &after), session, runtime, measured)? })
     };
     match failure {
         None => finished(),
@@ -102,7 +124,7 @@ fn info(request: &Request, runtime: &Runtime, passes: u64, seconds: f64) -> Rend
 /// Events beyond this are not kept: a trace viewer would not open them.
 const MOST_TRACE_EVENTS: usize = 200_000;
 
-fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
+pub(in crate::cli) fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
     let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let defaults = Settings::default();
     let camera = choose_camera(&request.view.camera, &names)?;

@@ -127,14 +127,14 @@ fn write_pictures(
     is_written
 }
 
-fn metadata(rendered: &FinishedRender) -> Metadata {
+pub(in crate::cli) fn metadata(rendered: &FinishedRender) -> Metadata {
     let mut metadata = rendered.info.metadata();
     metadata.extend(rendered.notes.clone());
     metadata.extend(rendered.outcome.metadata());
     metadata
 }
 
-fn tone_map(args: &RenderArgs) -> ToneMap {
+pub(in crate::cli) fn tone_map(args: &RenderArgs) -> ToneMap {
     ToneMap { curve: args.output.tonemap, exposure: args.output.exposure }
 }
 

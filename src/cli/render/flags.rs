@@ -8,6 +8,7 @@ use super::flags_film::FilmArgs;
 use super::flags_post::{LensArgs, PostArgs};
 use crate::cli::device::DeviceArgs;
 use crate::cli::environment::EnvironmentArgs;
+use crate::cli::moment::MomentArgs;
 use crate::cli::reading::ReadingArgs;
 use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
@@ -37,6 +38,9 @@ pub struct RenderArgs {
     /// How the scene is read.
     #[command(flatten)]
     pub reading: ReadingArgs,
+    /// When it is shown.
+    #[command(flatten)]
+    pub moment: MomentArgs,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArgs,

@@ -1,23 +1,25 @@
 //! `nephroid render`: a scene in, pictures out.
 
 pub(super) mod checkpoint;
-mod engine;
-mod files;
-mod finished;
+pub(super) mod engine;
+pub(super) mod files;
+pub(super) mod finished;
 mod flags;
-mod flags_film;
+pub(super) mod flags_film;
 mod flags_post;
-mod monitor;
-mod post;
+pub(super) mod monitor;
+pub(super) mod post;
 mod report;
-mod request;
-mod stop_rule;
+pub(super) mod request;
+pub(super) mod stop_rule;
 
 use std::sync::atomic::AtomicBool;
 
 use self::files::{check_files, last_line, write_files};
 use self::finished::FinishedRender;
-pub(super) use self::flags::RenderArgs;
+pub(super) use self::flags::{EffortArgs, LightArgs, OutputArgs, RenderArgs, ViewArgs};
+pub(super) use self::flags_film::FilmArgs;
+pub(super) use self::flags_post::{LensArgs, PostArgs};
 use self::monitor::Monitor;
 use self::request::Request;
 use super::console::print;

@@ -11,7 +11,7 @@ use crate::render::{Lens, Settings};
 use crate::scene::{Camera, Projection};
 
 /// What is done to the finished film.
-pub(super) struct After {
+pub(in crate::cli) struct After {
     pub post: Post,
     pub view: View,
     /// The lens in the eye paths.

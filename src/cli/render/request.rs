@@ -8,6 +8,7 @@ use super::flags_post::{LensArgs, PostArgs};
 use super::stop_rule::DEFAULT_TARGET;
 use crate::cli::device::DeviceArgs;
 use crate::cli::inputs::check_readable;
+use crate::cli::moment::MomentArgs;
 use crate::cli::progress::Limit;
 use crate::cli::reading::ReadingArgs;
 use crate::cli::values::Aov;
@@ -24,6 +25,8 @@ pub struct Request {
     pub scene: PathBuf,
     /// How it is read.
     pub reading: ReadingArgs,
+    /// When it is shown.
+    pub moment: MomentArgs,
     /// Size, camera, layers.
     pub view: ViewArgs,
     /// Aperture and focus.
@@ -69,6 +72,7 @@ impl Request {
         Ok(Self {
             scene: args.scene.clone(),
             reading: args.reading.clone(),
+            moment: args.moment,
             view,
             lens: args.lens.clone(),
             post: args.post.clone(),

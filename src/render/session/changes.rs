@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::render::scene::host::triangle_flags;
 use crate::render::scene::upload::Stale;
-use crate::render::settings::{Lens, Settings};
+use crate::render::settings::{Lens, Settings, Shutter};
 use crate::scene::{
     Camera, CameraId, InstanceId, Light, LightId, Material, MaterialId, MeshId, Scene, TextureRef, Transform,
 };
@@ -91,6 +91,9 @@ pub enum Change {
     Lens(Option<Lens>),
     /// Another seed of all random numbers.
     Seed(u32),
+    /// Another time that the shutter is open. The scene stays as it is until the next pass: [`super::Session::show`]
+    /// brings it along.
+    Shutter(Option<Shutter>),
     /// Another light in the place of one.
     Light(LightId, Light),
     /// Another place of an instance, see [`crate::scene::Instance::transform`].
@@ -101,6 +104,8 @@ pub enum Change {
     Material(MaterialId, Box<Material>),
     /// Other positions and normals of a mesh, as many as before; no normals leave its triangles flat.
     Vertices(MeshId, Vec<[f32; 3]>, Vec<[f32; 3]>),
+    /// Other tangents of a mesh, as many as before.
+    Tangents(MeshId, Vec<[f32; 4]>),
 }
 
 impl Change {
@@ -111,10 +116,10 @@ impl Change {
         match self {
             Self::Camera(..) | Self::View(_) => Steps::of([Film, Camera]),
             Self::Lens(_) => Steps::of([Film, Camera, Plan]),
-            Self::Seed(_) => Steps::of([Film]),
+            Self::Seed(_) | Self::Shutter(_) => Steps::of([Film]),
             Self::Light(..) => Steps::of([Film, Lights, Materials, Plan]),
             Self::Material(..) => Steps::of([Film, Lights, Casters, Materials, Vertices, Tree, Plan]),
-            Self::Transform(..) | Self::Visible(..) | Self::Vertices(..) => {
+            Self::Transform(..) | Self::Visible(..) | Self::Vertices(..) | Self::Tangents(..) => {
                 Steps::of([Film, Lights, Casters, Materials, Vertices, Tree, Plan])
             }
         }
@@ -128,7 +133,7 @@ impl Change {
         let checked = match self {
             Self::Camera(id, camera) => known("camera", id.index(), scene.cameras.len()).and_then(|()| camera.check()),
             Self::View(id) => known("camera", id.index(), scene.cameras.len()),
-            Self::Lens(_) | Self::Seed(_) => Ok(()),
+            Self::Lens(_) | Self::Seed(_) | Self::Shutter(_) => Ok(()),
             Self::Light(id, light) => known("light", id.index(), scene.lights.len()).and_then(|()| light.check()),
             Self::Transform(id, transform) => known("instance", id.index(), scene.instances.len())
                 .and_then(|()| transform.as_ref().map_or(Ok(()), Transform::check)),
@@ -138,6 +143,8 @@ impl Change {
             }
             Self::Vertices(id, positions, normals) => known("mesh", id.index(), scene.meshes.len())
                 .and_then(|()| scene.meshes[id.index()].check_vertices(positions, normals)),
+            Self::Tangents(id, tangents) => known("mesh", id.index(), scene.meshes.len())
+                .and_then(|()| scene.meshes[id.index()].check_tangents(tangents)),
         };
         checked.err()
     }
@@ -153,6 +160,7 @@ impl Change {
             }
             Self::Lens(lens) => swap(&mut settings.lens, lens),
             Self::Seed(seed) => swap(&mut settings.seed, seed),
+            Self::Shutter(shutter) => swap(&mut settings.shutter, shutter),
             Self::Light(id, light) => swap(&mut scene.lights[id.index()], light),
             Self::Transform(id, transform) => swap(&mut scene.instances[id.index()].transform, transform),
             Self::Visible(id, visible) => swap(&mut scene.instances[id.index()].visible, visible),
@@ -162,6 +170,7 @@ impl Change {
                 swap(&mut mesh.positions, positions);
                 swap(&mut mesh.normals, normals);
             }
+            Self::Tangents(id, tangents) => swap(&mut scene.meshes[id.index()].tangents, tangents),
         }
     }
 
@@ -177,6 +186,10 @@ impl Change {
             Self::View(id) => changes(id.index() != settings.camera, view),
             Self::Lens(lens) => changes(settings.lens != *lens, view),
             Self::Seed(seed) => changes(settings.seed != *seed, Effect { film: true, leaf: true, ..Effect::default() }),
+            Self::Shutter(shutter) => {
+                let moves = scene.motion.as_ref().is_some_and(|motion| !motion.is_still());
+                changes(moves && settings.shutter != *shutter, Effect { film: true, leaf: true, ..Effect::default() })
+            }
             Self::Light(id, light) => changes(scene.lights[id.index()] != *light, Effect::of(Stale::default())),
             Self::Transform(id, transform) => {
                 changes(shown(id) && scene.instances[id.index()].transform != *transform, Effect::moved(vec![*id]))
@@ -189,14 +202,22 @@ impl Change {
                 changes(now != &**former, Effect::of(stale_materials(former, now)))
             }
             Self::Vertices(id, positions, normals) => {
-                let mesh = &scene.meshes[id.index()];
-                let shows = |i: &usize| scene.instances[*i].visible && scene.instances[*i].mesh == *id;
-                let moved: Vec<_> = (0..scene.instances.len()).filter(shows).map(InstanceId::at).collect();
+                let (mesh, moved) = (&scene.meshes[id.index()], shown_instances(scene, *id));
                 let differs = mesh.positions != *positions || mesh.normals != *normals;
                 changes(differs && !moved.is_empty(), Effect::moved(moved))
             }
+            Self::Tangents(id, tangents) => {
+                let moved = shown_instances(scene, *id);
+                changes(scene.meshes[id.index()].tangents != *tangents && !moved.is_empty(), Effect::moved(moved))
+            }
         }
     }
+}
+
+/// The visible instances of a mesh.
+fn shown_instances(scene: &Scene, mesh: MeshId) -> Vec<InstanceId> {
+    let shows = |i: &usize| scene.instances[*i].visible && scene.instances[*i].mesh == mesh;
+    (0..scene.instances.len()).filter(shows).map(InstanceId::at).collect()
 }
 
 /// What a material asks for that became another.
@@ -228,7 +249,7 @@ pub(super) struct Effect {
 
 impl Effect {
     /// A change of the scene.
-    fn of(stale: Stale) -> Self {
+    pub(super) fn of(stale: Stale) -> Self {
         Self { film: true, camera: false, scene: Some(stale), leaf: true }
     }
 

@@ -13,14 +13,20 @@ use crate::render::settings::Settings;
 impl Session {
     /// The film of all passes so far: with it a render can be shown, resumed and merged.
     pub fn film(&self) -> Result<Film> {
-        let Settings { width, height, layers, .. } = self.settings;
-        let mut film = Film::new(width, height, self.device_scene.exponents, layers);
+        let mut film = self.own_film()?;
         film.passes = self.passes.clone();
         film.rejected = self.rejected()?;
         if let Some(other) = &self.other {
             let theirs = other.session.film()?;
             film.mix = Some(Mix { turns: other.turns, sums: theirs.sums, layers: theirs.layers });
         }
+        Ok(film)
+    }
+
+    /// The sums on the device: those of this session's passes, without those of another method.
+    pub(super) fn own_film(&self) -> Result<Film> {
+        let Settings { width, height, layers, .. } = self.settings;
+        let mut film = Film::new(width, height, self.device_scene.exponents, layers);
         if self.stale_film {
             return Ok(film);
         }
@@ -58,16 +64,7 @@ impl Session {
         let Settings { width, height, layers, .. } = self.settings;
         let turns = self.other.as_ref().map(|other| other.turns);
         Film::new(width, height, self.device_scene.exponents, layers).with_turns(turns).merge(film)?;
-        for band in &self.state.bands {
-            let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
-            let sums: Vec<[u32; 4]> = places.clone().flat_map(|place| film.sums[place].map(ExactSum::words)).collect();
-            self.runtime.overwrite(&band.film, &sums)?;
-            if layers {
-                let sums: Vec<[u32; 4]> = places.flat_map(|place| film.layers[place].map(ExactSum::words)).collect();
-                self.runtime.overwrite(&band.layers, &sums)?;
-            }
-        }
-        self.runtime.overwrite(&self.state.rejected, &[0])?;
+        self.restore_own(film)?;
         if let (Some(other), Some(mix)) = (&mut self.other, &film.mix) {
             let mut theirs = Film::new(width, height, film.exponents, false);
             theirs.passes = film.split_passes()[1].clone();
@@ -80,6 +77,21 @@ impl Session {
         self.rejected_before = film.rejected;
         self.passes = film.passes.clone();
         Ok(())
+    }
+
+    /// Puts sums in place of those on the device, without those of another method.
+    pub(super) fn restore_own(&self, film: &Film) -> Result<()> {
+        let layers = self.settings.layers;
+        for band in &self.state.bands {
+            let places = (band.first_pixel..band.first_pixel + band.pixels).map(|index| self.place(index));
+            let sums: Vec<[u32; 4]> = places.clone().flat_map(|place| film.sums[place].map(ExactSum::words)).collect();
+            self.runtime.overwrite(&band.film, &sums)?;
+            if layers {
+                let sums: Vec<[u32; 4]> = places.flat_map(|place| film.layers[place].map(ExactSum::words)).collect();
+                self.runtime.overwrite(&band.layers, &sums)?;
+            }
+        }
+        self.runtime.overwrite(&self.state.rejected, &[0])
     }
 
     /// [`Self::restore`] with the counts of the film's passes, so that [`Self::statistics`] are those of all passes,
@@ -115,10 +127,13 @@ impl Session {
     /// Values in the film's passes that were not finite and count as black.
     pub(super) fn rejected(&self) -> Result<u64> {
         let theirs = self.other.as_ref().map_or(Ok(0), |other| other.session.rejected())?;
-        if self.stale_film {
-            return Ok(self.rejected_before + theirs);
-        }
-        Ok(self.rejected_before + theirs + u64::from(self.runtime.download(&self.state.rejected)?[0]))
+        Ok(theirs + self.own_rejected()?)
+    }
+
+    /// Those in passes of this session, without those of another method.
+    pub(super) fn own_rejected(&self) -> Result<u64> {
+        let counted = if self.stale_film { 0 } else { self.runtime.download(&self.state.rejected)?[0] };
+        Ok(self.rejected_before + u64::from(counted))
     }
 
     /// Row-major index of the pixel with this index on the device.

@@ -1,10 +1,13 @@
 //! What determines the passes of a render, so that films of the same one can be told from others.
 
+use std::fmt::{self, Debug, Write};
+
 use sha2::{Digest, Sha256};
 
+use super::moving::is_blurred;
 use crate::film::film_file::{Identity, hex};
 use crate::kernels::photon::Footprint;
-use crate::render::settings::{Lens, Sampling, Settings};
+use crate::render::settings::{Lens, Sampling, Settings, Shutter};
 use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
@@ -12,11 +15,18 @@ use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 /// Content is what was loaded, not the bytes of the files: a copy in another folder is the same scene. What the session
 /// chooses by itself (leaf size, estimator) is called `automatic`: on one device it is the same each time.
 pub fn identity(scene: &Scene, settings: &Settings) -> Identity {
-    let settings = settings_as_text(&settings.clone().resolved())
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), value))
-        .collect();
-    Identity { scene: scene_hash(scene), settings }
+    let mut named: Vec<(&str, String)> = settings_as_text(&settings.clone().resolved());
+    let (mut opened, shutter) = (None, settings.shutter.filter(|_| is_blurred(scene, settings)));
+    if let Some(Shutter { open, close }) = shutter {
+        // The keys count as well: what moves while the shutter is open is not seen in the scene as it is.
+        named.push(("shutter", format!("{open} s to {close} s")));
+        named.push(("motion", scene.motion.as_ref().map_or_else(String::new, |motion| debug_hash(motion))));
+        let mut scene = scene.clone();
+        scene.move_to(open);
+        opened = Some(scene);
+    }
+    let settings = named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    Identity { scene: scene_hash(opened.as_ref().unwrap_or(scene)), settings }
 }
 
 /// All fields by name, so that a new one has to be judged here.
@@ -26,6 +36,8 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         height,
         camera,
         lens,
+        // Where nothing moves it makes no difference.
+        shutter: _,
         seed,
         method,
         tracer,
@@ -96,6 +108,21 @@ fn sampling_as_text(sampling: Sampling) -> String {
 
 fn footprint_as_text(footprint: Footprint) -> String {
     format!("{footprint:?}")
+}
+
+/// SHA-256 of a debug text, in which a number is exact.
+fn debug_hash(value: &dyn Debug) -> String {
+    struct Text(Sha256);
+    impl fmt::Write for Text {
+        fn write_str(&mut self, text: &str) -> fmt::Result {
+            self.0.update(text.as_bytes());
+            Ok(())
+        }
+    }
+    let mut text = Text(Sha256::new());
+    // Hashing never fails.
+    let _ = write!(text, "{value:?}");
+    hex(&text.0.finalize())
 }
 
 /// SHA-256 of everything in a scene that can be seen or shines.

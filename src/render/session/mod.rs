@@ -5,6 +5,7 @@ pub mod error_model;
 pub mod estimator_bytes;
 mod film;
 pub mod identity;
+mod moving;
 pub mod outline;
 mod passes;
 mod pixels;
@@ -69,9 +70,10 @@ impl Session {
     /// # Errors
     /// Those of [`Scene::validate_references`] and [`Settings::validate`];
     /// [`Error::OutOfMemory`](crate::error::Error::OutOfMemory) for what does not fit the device.
-    pub fn new(device: &Arc<Device>, scene: Scene, settings: Settings) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, mut scene: Scene, settings: Settings) -> Result<Self> {
         scene.validate_references()?;
         settings.validate(&scene, device)?;
+        moving::open(&mut scene, &settings);
         let runtime = &Runtime::new(device.clone());
         let device_scene = DeviceScene::new(runtime, &scene, &settings)?;
         let scene = Arc::new(scene);

@@ -35,7 +35,9 @@ impl Session {
     /// Those of the device.
     pub fn repeat_pass(&mut self, index: u64) -> Result<()> {
         let start = Instant::now();
+        // What is chosen for the film is chosen by the scene as it is when the shutter opens.
         self.prepare()?;
+        self.follow_motion(index)?;
         let pass = Pass {
             index: index as u32,
             seed: self.settings.seed ^ ((index >> 32) as u32).wrapping_mul(0x9e37_79b9),

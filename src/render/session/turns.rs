@@ -6,6 +6,7 @@
 //! not have these passes renders them to find out, and forgets them.
 
 use super::Session;
+use super::changes::{Change, Changes};
 use crate::error::Result;
 use crate::film::accumulate::PassSet;
 use crate::film::mix::{Round, Turns};
@@ -76,6 +77,15 @@ pub(super) fn settings_of_paths(settings: &Settings) -> Settings {
         photon_build: PhotonBuild::Linear,
         ..settings.clone()
     }
+}
+
+/// What changes mean for the passes of paths.
+pub(super) fn changes_of_paths(changes: &Changes) -> Changes {
+    let theirs = |change: &Change| match change {
+        Change::Seed(seed) => Change::Seed(seed ^ OTHER_SEED),
+        other => other.clone(),
+    };
+    Changes(changes.0.iter().map(theirs).collect())
 }
 
 impl Session {

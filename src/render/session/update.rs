@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::changes::{Change, Changes, Effect, Step, Steps};
+use super::moving::is_blurred;
 use super::{Session, Statistics, trial, turns};
 use crate::error::{Error, Result};
 use crate::film::accumulate::PassSet;
@@ -14,6 +15,7 @@ use crate::render::pass::film_state::FilmState;
 use crate::render::pass::leaf_size;
 use crate::render::pass::recording::Recording;
 use crate::render::scene::memory::Memory;
+use crate::render::scene::upload::Stale;
 use crate::render::settings::{PhotonBuild, Settings};
 use crate::scene::Scene;
 
@@ -58,11 +60,25 @@ impl Session {
     /// [`Error::Usage`] for a change that names what the scene does not have or whose numbers are out of range, and
     /// those of [`crate::render::Settings::validate`]: nothing has changed then. After an error of the device the
     /// session is of no more use.
-    pub fn update(&mut self, mut changes: Changes) -> Result<Updated> {
+    pub fn update(&mut self, changes: Changes) -> Result<Updated> {
         if let Some((index, fault)) = faults(&changes.0, &self.scene).next() {
             return Err(Error::Usage(format!("change {index}: {fault}")));
         }
-        let theirs = self.other.is_some().then(|| changes.clone());
+        let theirs = self.other.as_ref().map(|other| other.session.since_opening(turns::changes_of_paths(&changes)));
+        self.update_each(self.since_opening(changes), theirs)
+    }
+
+    /// Changes this session, and with `theirs` that of the other method.
+    pub(super) fn update_each(&mut self, ours: Changes, theirs: Option<Changes>) -> Result<Updated> {
+        let steps = self.update_own(ours)?;
+        if let Some(changes) = theirs {
+            self.update_other(changes, &steps)?;
+        }
+        Ok(Updated { steps })
+    }
+
+    fn update_own(&mut self, mut changes: Changes) -> Result<Steps> {
+        let was_blurred = is_blurred(&self.scene, &self.settings);
         let mut effect = Effect::default();
         for change in &mut changes.0 {
             change.exchange(Arc::make_mut(&mut self.scene), &mut self.settings);
@@ -73,17 +89,17 @@ impl Session {
             changes.0.iter_mut().rev().for_each(|change| change.exchange(scene, &mut self.settings));
             return Err(error);
         }
-        let steps = self.redo(effect)?;
-        if let Some(changes) = theirs {
-            self.update_other(changes, &steps)?;
+        if was_blurred && effect.film {
+            // The film had the units of its first moment.
+            effect = effect.and(Effect::of(Stale::default()));
         }
-        Ok(Updated { steps })
+        self.redo(effect, None)
     }
 
     /// Changes the scene of the passes of paths, which may need photons now, or need them no more.
     fn update_other(&mut self, changes: Changes, steps: &Steps) -> Result<()> {
         let Some(other) = &mut self.other else { return Ok(()) };
-        other.session.update(changes)?;
+        other.session.update_own(changes)?;
         if steps.has(Step::Film) {
             // As in a new session: nobody said the size of leaves.
             let leaf_photons = self.settings.leaf_photons.filter(|_| !self.automatic_leaf);
@@ -109,7 +125,8 @@ impl Session {
         }
     }
 
-    fn redo(&mut self, effect: Effect) -> Result<Steps> {
+    /// Redoes what is stale. With `exponents` the film keeps its units and its sums, and choices stay what they are.
+    pub(super) fn redo(&mut self, effect: Effect, exponents: Option<[i32; 2]>) -> Result<Steps> {
         let mut steps = Vec::new();
         let (former, slots) = (PlanKey::of(self.content(), &self.budget), self.content().slots());
         let (memory, camera) = (Memory::Device(&self.runtime), self.settings.camera);
@@ -129,6 +146,7 @@ impl Session {
         self.device_scene.specialise(&self.settings);
         let moved = steps.contains(&Step::Tree);
         self.device_scene.take_maps(memory, &self.settings, moved)?;
+        self.device_scene.exponents = exponents.unwrap_or(self.device_scene.exponents);
         let budget = PhotonBudget::of(&self.device_scene, &self.settings);
         if budget.emissions != self.budget.emissions {
             self.budget = budget;
@@ -147,7 +165,7 @@ impl Session {
         }
         if PlanKey::of(self.content(), &self.budget) != former {
             steps.push(Step::Plan);
-            self.plan_anew(slots)?;
+            self.plan_anew(slots, exponents.is_some())?;
         } else if effect.camera {
             let content = Content { scene: &self.scene, device: &self.device_scene, settings: &self.settings };
             self.recording.set_camera(content);
@@ -155,13 +173,20 @@ impl Session {
         Ok(Steps::of(steps))
     }
 
-    /// Plans and records; the film has other bands where paths had another number of slots.
-    fn plan_anew(&mut self, former_slots: u32) -> Result<()> {
+    /// Plans and records; the film has other bands where paths had another number of slots. `goes_on`: its sums stay.
+    fn plan_anew(&mut self, former_slots: u32, goes_on: bool) -> Result<()> {
         if self.content().slots() != former_slots {
+            let kept = if goes_on { Some((self.own_film()?, self.own_rejected()?)) } else { None };
             self.state = FilmState::new(Memory::Device(&self.runtime), self.content())?;
+            if let Some((film, rejected)) = kept {
+                self.restore_own(&film)?;
+                self.rejected_before = rejected;
+            }
         }
-        self.stale_leaf = true;
-        self.choose_leaf()?;
+        if !goes_on {
+            self.stale_leaf = true;
+            self.choose_leaf()?;
+        }
         self.recording = Recording::new(&self.runtime, self.content(), &self.budget, &self.state)?;
         Ok(())
     }

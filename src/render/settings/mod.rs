@@ -8,6 +8,7 @@ pub mod names;
 mod radius_schedule;
 pub mod ranges;
 mod sampling;
+mod shutter;
 mod tracer;
 mod validate;
 
@@ -21,6 +22,7 @@ pub use lens::Lens;
 pub use method::Method;
 pub use named::{Named, by_name};
 pub use sampling::{Sampling, Scale};
+pub use shutter::Shutter;
 pub use tracer::{MapSettings, Tracer};
 
 /// Photons in a leaf of the photon map where nothing else is known. Smaller leaves were never faster: neighbouring
@@ -38,6 +40,8 @@ pub struct Settings {
     pub camera: usize,
     /// Thin lens of a perspective camera; `None` is a pinhole, which is sharp everywhere.
     pub lens: Option<Lens>,
+    /// When light comes in: each pass shows the scene at one moment of this time. `None` shows it as it is.
+    pub shutter: Option<Shutter>,
     /// Seed of all random numbers.
     pub seed: u32,
     /// How light is transported.
@@ -111,6 +115,7 @@ impl Default for Settings {
             height: 480,
             camera: 0,
             lens: None,
+            shutter: None,
             seed: 0,
             method: Method::default(),
             tracer: Tracer::default(),

@@ -39,6 +39,7 @@ impl Settings {
     pub fn validate_plan(&self, scene: &Scene, class: DeviceClass) -> Result<()> {
         self.check_picture(scene)?;
         self.check_lens(scene)?;
+        self.check_shutter()?;
         self.check_ranges()?;
         self.check_footprint()?;
         self.check_method()?;
@@ -75,6 +76,12 @@ impl Settings {
         }
         let cause = format!("a radius of {radius} and a focus at {focus}: both must be finite and positive");
         Err(Error::setting(&["lens"], cause))
+    }
+
+    fn check_shutter(&self) -> Result<()> {
+        let Some(shutter) = self.shutter.filter(|shutter| !shutter.is_valid()) else { return Ok(()) };
+        let cause = format!("from {} s to {} s: both must be finite and in order", shutter.open, shutter.close);
+        Err(Error::setting(&["shutter"], cause))
     }
 
     fn check_ranges(&self) -> Result<()> {

@@ -33,6 +33,10 @@ pub(super) enum Use {
     Rotation,
     /// Vertex index.
     Index,
+    /// Times of the keys of an animation.
+    Time,
+    /// Values of these keys, rotations apart.
+    Keys,
 }
 
 /// The type of one number.
@@ -59,7 +63,8 @@ impl Use {
     /// Numbers that an element may have.
     fn widths(self) -> &'static [usize] {
         match self {
-            Self::Index => &[1],
+            Self::Index | Self::Time => &[1],
+            Self::Keys => &[1, 2, 3, 4],
             Self::Position | Self::Normal | Self::Vector => &[3],
             Self::Uv => &[2],
             Self::Color => &[3, 4],
@@ -82,7 +87,9 @@ impl Use {
             Self::Uv => (small && (quantized || (short && normalized)), small),
             Self::Color | Self::Weights => (short && normalized, short),
             Self::Rotation => (signed && normalized, false),
-            Self::Matrix | Self::Vector => (false, false),
+            Self::Matrix | Self::Vector | Self::Time => (false, false),
+            // Truth values are single bytes, and stay 0 and 1.
+            Self::Keys => (small && (normalized || component == U8), small),
         };
         if allowed {
             Fit::Allowed
@@ -170,6 +177,17 @@ impl<'a> Reader<'a> {
         Ok(values)
     }
 
+    /// All numbers of all elements, one after the other.
+    pub fn numbers(&self, elements: &Elements) -> Outcome<Vec<f32>> {
+        let width = elements.width();
+        self.charge(elements, elements.count(), width * size_of::<f32>())?;
+        let mut values = vec![0.0; elements.count() * width];
+        let mut chunks = values.chunks_exact_mut(width);
+        chunks.by_ref().enumerate().for_each(|(i, value)| elements.layout.element(i, value));
+        elements.substitute(None, |i, source, k| source.element(k, &mut values[i * width..][..width]));
+        Ok(values)
+    }
+
     /// Scalar unsigned integers.
     pub fn integers(&self, elements: &Elements) -> Outcome<Vec<u32>> {
         self.charge(elements, elements.count(), size_of::<u32>())?;
@@ -242,6 +260,11 @@ impl<'a> Reader<'a> {
 impl Elements<'_> {
     pub fn count(&self) -> usize {
         self.layout.count
+    }
+
+    /// Numbers of each.
+    pub fn width(&self) -> usize {
+        self.layout.width
     }
 
     /// Calls `put(place in the result, source, source element)` for every sparse substitution.

@@ -12,10 +12,11 @@ use super::resolve::Folder;
 use super::{Limits, meshopt, variants};
 
 /// Extensions that are read.
-const SUPPORTED: [&str; 18] = [
+const SUPPORTED: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -49,6 +50,7 @@ pub(super) struct Document<'a> {
     pub textures: List<'a>,
     pub samplers: List<'a>,
     pub images: List<'a>,
+    pub animations: List<'a>,
     pub buffers: Buffers<'a>,
     /// KHR_mesh_quantization is in use.
     pub quantized: bool,
@@ -74,10 +76,6 @@ impl<'a> Document<'a> {
         let root = Part::new("the file".into(), root);
         check_version(&root, notes)?;
         let declared = check_extensions(&root, notes)?;
-        let animations = root.list("animations", notes).len();
-        if animations > 0 {
-            notes.note(format!("{animations} animation(s) ignored: the default pose is shown"));
-        }
         let document = Self::lists(&root, source, declared, notes);
         if document.nodes.len() as u64 > limits.nodes {
             return Err(format!("{} nodes, more than the limit of {}", document.nodes.len(), limits.nodes));
@@ -100,6 +98,7 @@ impl<'a> Document<'a> {
             textures: list("textures", "texture"),
             samplers: list("samplers", "sampler"),
             images: list("images", "image"),
+            animations: list("animations", "animation"),
             lights: List::of(lights.as_ref().unwrap_or(&none), "lights", "light", notes),
             scene: notes.or_fault(root.index("scene")).flatten(),
             buffers: Buffers::new(root, source, notes),

@@ -9,21 +9,20 @@ use super::nodes::{self, Placed};
 use super::notes::{Notes, Outcome};
 use super::part::Part;
 
-/// The transforms of a node's instances in the world; one where it has no such extension.
+/// The transforms of a node's instances, before that of the node itself; `None` where it has no such extension.
 pub(super) fn transforms(
     document: &Document,
     reader: &Reader,
     placed: &Placed,
     limits: &Limits,
     notes: &mut Notes,
-) -> Outcome<Vec<DMat4>> {
+) -> Outcome<Option<Vec<DMat4>>> {
     let node = document.nodes.part(placed.node as usize)?;
     let extension = node.extension("EXT_mesh_gpu_instancing", notes);
     let Some(attributes) = extension.and_then(|extension| extension.part("attributes", notes)) else {
-        return Ok(vec![placed.to_world]);
+        return Ok(None);
     };
-    let locals = locals(&attributes, reader, limits, notes).map_err(|cause| format!("{}: {cause}", node.place))?;
-    Ok(locals.into_iter().map(|local| placed.to_world * local).collect())
+    locals(&attributes, reader, limits, notes).map(Some).map_err(|cause| format!("{}: {cause}", node.place))
 }
 
 fn locals(attributes: &Part, reader: &Reader, limits: &Limits, notes: &mut Notes) -> Outcome<Vec<DMat4>> {

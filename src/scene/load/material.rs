@@ -7,15 +7,12 @@ use super::images::Role;
 use super::json::Object;
 use super::notes::{Notes, Outcome, clip};
 use super::part::Part;
+use super::pointer::TEXTURES;
+use crate::scene::motion::{
+    ABSORPTION, MAX_IOR, MIRROR_IOR, RADIANCE, Sources, UNIT, UvTransform, absorption, clamped,
+};
 use crate::scene::{Alpha, Material, TextureRef, Wrap};
 
-/// Largest index of refraction that is read.
-const MAX_IOR: f32 = 100.0;
-/// In place of an index of 0, for which the Fresnel term is always 1 (KHR_materials_ior): in single precision a
-/// boundary of this index reflects everything, and its square is far from overflow.
-const MIRROR_IOR: f32 = 1e9;
-/// Least transmission colour of a volume: -ln of it is the largest optical depth at the attenuation distance.
-const DARKEST_ATTENUATION: f32 = 1e-6;
 /// Index of refraction of materials that do not say.
 const DEFAULT_IOR: f32 = 1.5;
 /// Alpha cut-off of masks that give none.
@@ -62,9 +59,8 @@ struct Range<'a> {
 }
 
 impl Range<'_> {
-    fn clamp(&mut self, what: &str, value: f32, [low, high]: [f32; 2]) -> f32 {
-        // NaN becomes the lower end.
-        let clamped = if value >= low { value.min(high) } else { low };
+    fn clamp(&mut self, what: &str, value: f32, range: [f32; 2]) -> f32 {
+        let clamped = clamped(value, range);
         if clamped != value {
             self.notes.fault(format!("{}: {what} {value} was clamped to {clamped}", self.place));
         }
@@ -75,10 +71,6 @@ impl Range<'_> {
         values.map(|value| self.clamp(what, value, range))
     }
 }
-
-const UNIT: [f32; 2] = [0.0, 1.0];
-/// Far above any light, far below overflow when multiplied by areas and counts.
-const RADIANCE: [f32; 2] = [0.0, 1e20];
 
 impl<'a> Converter<'a> {
     pub fn new(document: &'a Document<'a>) -> Self {
@@ -169,7 +161,7 @@ impl<'a> Converter<'a> {
         if index as usize >= self.document.textures.len() {
             return Err(format!("texture {index} does not exist"));
         }
-        let matrix = transform.map_or(UvTransform::default(), |part| UvTransform::of(&part, notes)).matrix();
+        let matrix = transform.map_or(UvTransform::default(), |part| uv_transform(&part, notes)).matrix();
         if !matrix.iter().flatten().all(|x| x.is_finite()) {
             return Err("its transform is not finite".into());
         }
@@ -214,41 +206,44 @@ fn add_volume(material: &mut Material, (part, volume): (&Part, &Part), notes: &m
     if distance.is_nan() || distance <= 0.0 {
         range.notes.fault(format!("{}: attenuation distance {distance} was ignored", part.place));
     } else if material.volume {
-        // KHR_materials_volume: T(x) = colour^(x / distance) = exp(-absorption x).
-        let depth = color.map(|c| -c.max(DARKEST_ATTENUATION).ln());
-        material.absorption = range.clamp_all("absorption", depth.map(|d| (d / distance).abs()), [0.0, 1e30]);
+        material.absorption = range.clamp_all("absorption", absorption(color, distance), ABSORPTION);
     }
 }
 
 /// What KHR_texture_transform says.
-struct UvTransform {
-    offset: [f32; 2],
-    rotation: f32,
-    scale: [f32; 2],
-}
-
-impl Default for UvTransform {
-    fn default() -> Self {
-        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
+fn uv_transform(part: &Part, notes: &mut Notes) -> UvTransform {
+    let none = UvTransform::default();
+    UvTransform {
+        offset: part.numbers("offset", notes).unwrap_or(none.offset),
+        rotation: part.number("rotation", notes).unwrap_or(none.rotation),
+        scale: part.numbers("scale", notes).unwrap_or(none.scale),
     }
 }
 
-impl UvTransform {
-    fn of(part: &Part, notes: &mut Notes) -> Self {
-        let none = Self::default();
-        Self {
-            offset: part.numbers("offset", notes).unwrap_or(none.offset),
-            rotation: part.number("rotation", notes).unwrap_or(none.rotation),
-            scale: part.numbers("scale", notes).unwrap_or(none.scale),
+/// The numbers of a material that others follow from, for one that changes. What is wrong with them was told when the
+/// material was read.
+pub(super) fn sources(part: &Part) -> Sources {
+    let quiet = &mut Notes::default();
+    let mut sources = Sources::default();
+    sources.emission = part.numbers("emissiveFactor", quiet).unwrap_or(sources.emission);
+    let strength = part.extension("KHR_materials_emissive_strength", quiet);
+    let strength = strength.and_then(|part| part.number("emissiveStrength", quiet));
+    sources.emissive_strength = strength.unwrap_or(sources.emissive_strength);
+    if let Some(volume) = part.extension("KHR_materials_volume", quiet) {
+        let color = volume.numbers("attenuationColor", quiet).map(|color| color.map(|c| clamped(c, UNIT)));
+        sources.attenuation_color = color.unwrap_or(sources.attenuation_color);
+        let distance = volume.number("attenuationDistance", quiet).filter(|distance| *distance > 0.0);
+        sources.attenuation_distance = distance.unwrap_or(sources.attenuation_distance);
+    }
+    for (path, transform) in TEXTURES.iter().zip(&mut sources.transforms) {
+        let mut at = path.first().and_then(|name| part.part(name, quiet));
+        for name in &path[1..] {
+            at = at.and_then(|part| part.part(name, quiet));
         }
+        let texture = at.and_then(|texture| texture.extension("KHR_texture_transform", quiet));
+        *transform = texture.map_or(*transform, |part| uv_transform(&part, quiet));
     }
-
-    /// Translation * rotation * scale. The rotation is counter-clockwise as seen in the image, whose v axis points down
-    fn matrix(&self) -> [[f32; 3]; 2] {
-        let (sin, cos) = self.rotation.sin_cos();
-        let ([sx, sy], [ox, oy]) = (self.scale, self.offset);
-        [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
-    }
+    sources
 }
 
 /// Wrapping and filter of a texture.

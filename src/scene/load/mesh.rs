@@ -1,22 +1,25 @@
 //! Meshes and their instances: every primitive of the file that is placed becomes a mesh.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DMat4;
 
 use super::Limits;
 use super::accessor::{Reader, Use};
+use super::animation::Animations;
 use super::deform::{self, Placement};
 use super::document::Document;
 use super::instancing;
 use super::material::UvSets;
-use super::nodes::{Hierarchy, Placed};
+use super::nodes::Hierarchy;
 use super::notes::{Notes, Outcome};
 use super::part::Part;
-use super::primitive::{self, Primitive, PrimitiveReader};
+use super::primitive::{self, Primitive, PrimitiveReader, Target};
 use super::variants::Chosen;
 use crate::scene::flatten::Tangents;
+use crate::scene::motion::{Body, Displacement, Moving, Skin, displace};
 use crate::scene::transform::spans_a_plane;
 use crate::scene::world::Needed;
 use crate::scene::{Instance, MaterialId, Mesh, MeshId, Scene};
@@ -24,22 +27,29 @@ use crate::scene::{Instance, MaterialId, Mesh, MeshId, Scene};
 /// A place of a mesh.
 #[derive(Clone)]
 pub(super) struct Spot {
+    /// Place of its node.
+    pub place: u32,
+    /// Index of that in the file.
     pub node: u32,
     pub skin: Option<u32>,
     pub to_world: DMat4,
+    /// Before the transform of a node that moves (EXT_mesh_gpu_instancing).
+    pub offset: Option<Box<DMat4>>,
     /// The name of the node, shared by its instances.
     pub name: Arc<str>,
 }
 
 /// A primitive as it is placed, and how it is shown most recently.
-struct Shown<'a> {
-    primitive: &'a Primitive,
+pub(super) struct Shown<'a> {
+    pub primitive: &'a Primitive,
     /// Morph weights of the mesh in the file.
-    weights: &'a [f32],
+    pub weights: &'a [f32],
     /// The mesh of instances that are neither bent nor morphed.
-    plain: Option<MeshId>,
+    pub plain: Option<MeshId>,
     /// The mesh of the last node that bends or morphs it, and that node: its copies share it.
-    own: Option<(u32, MeshId)>,
+    pub own: Option<(u32, MeshId)>,
+    /// What moves its vertices, if something does.
+    pub body: Option<Arc<Body>>,
 }
 
 /// The materials that placed primitives use, in file order; `None` is the default material.
@@ -65,8 +75,15 @@ pub(super) fn used_materials(document: &Document, hierarchy: &Hierarchy, chosen:
 
 /// Reads the meshes of a document.
 pub(super) struct MeshReader<'a> {
-    document: &'a Document<'a>,
-    reader: Reader<'a>,
+    pub(super) document: &'a Document<'a>,
+    pub(super) reader: Reader<'a>,
+    pub(super) animations: &'a Animations,
+    /// What moves of all that was read.
+    pub(super) moving: Moving,
+    /// Skins that were read.
+    pub(super) skins: HashMap<u32, Arc<Skin>>,
+    /// Whether joints of a skin move.
+    pub(super) bends: HashMap<u32, bool>,
     limits: &'a Limits,
     used_materials: &'a [Option<u32>],
     /// Sets of texture coordinates of each of them.
@@ -81,12 +98,24 @@ const INSTANCE_BYTES: u64 = 320;
 
 impl<'a> MeshReader<'a> {
     pub fn new(
-        document: &'a Document<'a>,
+        (document, animations): (&'a Document<'a>, &'a Animations),
         limits: &'a Limits,
         (used_materials, uv_sets): (&'a [Option<u32>], &'a [UvSets]),
         chosen: &'a Chosen,
     ) -> Self {
-        Self { document, reader: Reader::new(document, limits), limits, used_materials, uv_sets, chosen, triangles: 0 }
+        Self {
+            document,
+            reader: Reader::new(document, limits),
+            animations,
+            moving: Moving::default(),
+            skins: HashMap::new(),
+            bends: HashMap::new(),
+            limits,
+            used_materials,
+            uv_sets,
+            chosen,
+            triangles: 0,
+        }
     }
 
     /// Adds every instance of every mesh, mesh by mesh, each decoded once.
@@ -104,7 +133,7 @@ impl<'a> MeshReader<'a> {
                 let Some(mut primitive) = notes.or_lost(read).flatten() else { continue };
                 primitive.mesh.name = name.clone();
                 primitive::clean(&mut primitive.mesh, notes);
-                let shown = Shown { primitive: &primitive, weights: &weights, plain: None, own: None };
+                let shown = Shown { primitive: &primitive, weights: &weights, plain: None, own: None, body: None };
                 self.show_all(shown, list, hierarchy, (scene, &needed), notes)?;
             }
         }
@@ -115,7 +144,7 @@ impl<'a> MeshReader<'a> {
     fn spots(&mut self, hierarchy: &Hierarchy, notes: &mut Notes) -> Outcome<Vec<Vec<Spot>>> {
         let mut spots: Vec<Vec<Spot>> = vec![Vec::new(); self.document.meshes.len()];
         let mut total = 0;
-        for placed in &hierarchy.placed {
+        for (place, placed) in hierarchy.placed.iter().enumerate() {
             let Some(mesh) = placed.holds.mesh else { continue };
             let Some(list) = spots.get_mut(mesh as usize) else {
                 notes.loss(format!("node {}: mesh {mesh} does not exist", placed.node));
@@ -123,20 +152,25 @@ impl<'a> MeshReader<'a> {
             };
             let transforms = instancing::transforms(self.document, &self.reader, placed, self.limits, notes);
             let Some(transforms) = notes.or_lost(transforms) else { continue };
-            total += transforms.len() as u64;
+            let count = transforms.as_ref().map_or(1, Vec::len) as u64;
+            total += count;
             if total > self.limits.nodes {
                 return Err(format!("more than {} instances", self.limits.nodes));
             }
-            self.document.buffers.charge(INSTANCE_BYTES * transforms.len() as u64)?;
+            self.document.buffers.charge(INSTANCE_BYTES * count)?;
             let node = notes.or_fault(self.document.nodes.part(placed.node as usize));
             let name: Arc<str> = node.and_then(|node| node.text("name", notes)).unwrap_or_default().into();
-            let Placed { node, holds, .. } = *placed;
-            list.extend(transforms.into_iter().map(|to_world| Spot {
-                node,
-                skin: holds.skin,
-                to_world,
-                name: name.clone(),
-            }));
+            let spot = |to_world, offset| {
+                let (place, node, skin) = (place as u32, placed.node, placed.holds.skin);
+                Spot { place, node, skin, to_world, offset, name: name.clone() }
+            };
+            let moves = placed.life.moves;
+            match transforms {
+                None => list.push(spot(placed.to_world, None)),
+                Some(all) => {
+                    list.extend(all.into_iter().map(|own| spot(placed.to_world * own, moves.then(|| Box::new(own)))))
+                }
+            }
         }
         Ok(spots)
     }
@@ -195,6 +229,11 @@ impl<'a> MeshReader<'a> {
     ) -> Outcome<()> {
         for spot in list {
             self.count(shown.primitive.mesh.triangles.len(), scene)?;
+            if self.is_moving(&shown, spot, hierarchy) {
+                let placed = self.show_moving(&mut shown, spot, hierarchy, scene, notes);
+                notes.or_lost(placed);
+                continue;
+            }
             let placement = self.placement(spot, hierarchy, notes);
             let Some(placement) = notes.or_fault(placement) else { continue };
             let placed = self.show(&mut shown, spot, &placement, (scene, needed), notes);
@@ -259,16 +298,21 @@ impl<'a> MeshReader<'a> {
     }
 
     /// The mesh as a node has it, at its weights or those of the mesh.
-    fn shape<'p>(&self, shown: &Shown<'p>, spot: &Spot, notes: &mut Notes) -> Outcome<Cow<'p, Mesh>> {
+    pub(super) fn shape<'p>(&self, shown: &Shown<'p>, spot: &Spot, notes: &mut Notes) -> Outcome<Cow<'p, Mesh>> {
         if shown.primitive.targets.is_empty() {
             return Ok(Cow::Borrowed(&shown.primitive.mesh));
         }
-        let own = self.document.nodes.part(spot.node as usize)?.list_of_numbers("weights", notes);
-        Ok(self.morphed(shown.primitive, own.as_deref().unwrap_or(shown.weights), notes))
+        Ok(self.morphed(shown.primitive, &self.weights(shown, spot.node, notes)?, notes))
+    }
+
+    /// The morph weights of a node at rest.
+    pub(super) fn weights(&self, shown: &Shown, node: u32, notes: &mut Notes) -> Outcome<Vec<f32>> {
+        let own = self.document.nodes.part(node as usize)?.list_of_numbers("weights", notes);
+        Ok(own.unwrap_or_else(|| shown.weights.to_vec()))
     }
 
     /// Adds a mesh to the scene within the memory that the file may ask for.
-    fn add(&self, scene: &mut Scene, mesh: Mesh) -> Outcome<MeshId> {
+    pub(super) fn add(&self, scene: &mut Scene, mesh: Mesh) -> Outcome<MeshId> {
         let vertex = [12, if mesh.normals.is_empty() { 0 } else { 12 }, if mesh.tangents.is_empty() { 0 } else { 16 }];
         let vertex = vertex.iter().sum::<u64>() + if mesh.colors.is_empty() { 0 } else { 16 };
         self.document.buffers.charge(vertex * mesh.positions.len() as u64 + 12 * mesh.triangles.len() as u64)?;
@@ -281,19 +325,24 @@ impl<'a> MeshReader<'a> {
         let mut mesh = Cow::Borrowed(&primitive.mesh);
         let active = primitive.targets.iter().zip(weights).filter(|(_, w)| w.is_finite() && **w != 0.0);
         for (target, &weight) in active {
-            let mut read = |accessor, role| {
-                let read = primitive.displacements(&self.reader, accessor, role, notes);
-                notes.or_fault(read.map_err(|cause| format!("a morph target is ignored: {cause}"))).unwrap_or_default()
-            };
-            let positions = read(target.positions, Use::Position);
-            let normals = read(target.normals, Use::Normal);
-            let tangents = read(target.tangents, Use::Normal);
+            let Displacement { positions, normals, tangents } = self.displacement(primitive, target, notes);
             let mesh = mesh.to_mut();
-            deform::displace(&mut mesh.positions, &positions, weight);
-            deform::displace(&mut mesh.normals, &normals, weight);
-            deform::displace(&mut mesh.tangents, &tangents, weight);
+            displace(&mut mesh.positions, &positions, weight);
+            displace(&mut mesh.normals, &normals, weight);
+            displace(&mut mesh.tangents, &tangents, weight);
         }
         mesh
+    }
+
+    /// What a morph target adds; lists that cannot be read are left out.
+    pub(super) fn displacement(&self, primitive: &Primitive, target: &Target, notes: &mut Notes) -> Displacement {
+        let mut read = |accessor, role| {
+            let read = primitive.displacements(&self.reader, accessor, role, notes);
+            notes.or_fault(read.map_err(|cause| format!("a morph target is ignored: {cause}"))).unwrap_or_default()
+        };
+        let positions = read(target.positions, Use::Position);
+        let normals = read(target.normals, Use::Normal);
+        Displacement { positions, normals, tangents: read(target.tangents, Use::Normal) }
     }
 
     /// Where an instance goes.
@@ -314,6 +363,15 @@ impl<'a> MeshReader<'a> {
 
     /// The matrices of a skin's joints.
     fn joints(&self, skin: u32, hierarchy: &Hierarchy, notes: &mut Notes) -> Outcome<Vec<DMat4>> {
+        let joint = |(node, inverse)| {
+            let world = hierarchy.to_world(node).ok_or_else(|| format!("node {node} does not exist"))?;
+            Ok(world * inverse)
+        };
+        self.bound(skin, notes)?.into_iter().map(joint).collect()
+    }
+
+    /// The nodes of a skin's joints, and what brings the mesh to each.
+    pub(super) fn bound(&self, skin: u32, notes: &mut Notes) -> Outcome<Vec<(u32, DMat4)>> {
         let part = self.document.skins.part(skin as usize)?;
         let nodes = part.indices("joints", notes);
         let inverse = match part.index("inverseBindMatrices")? {
@@ -323,10 +381,7 @@ impl<'a> MeshReader<'a> {
         if inverse.len() < nodes.len() {
             return Err(format!("it has {} matrices for {} joints", inverse.len(), nodes.len()));
         }
-        let joint = |(node, inverse): (&u32, &[f32; 16])| {
-            let world = hierarchy.to_world(*node).ok_or_else(|| format!("node {node} does not exist"))?;
-            Ok(world * DMat4::from_cols_array(&inverse.map(f64::from)))
-        };
-        nodes.iter().zip(&inverse).map(joint).collect()
+        let matrices = inverse.iter().map(|inverse| DMat4::from_cols_array(&inverse.map(f64::from)));
+        Ok(nodes.into_iter().zip(matrices).collect())
     }
 }

@@ -9,6 +9,7 @@
 //! charts of opposite handedness share vertices.
 
 mod accessor;
+mod animation;
 mod buffers;
 mod container;
 mod deform;
@@ -26,9 +27,11 @@ mod lights;
 mod material;
 mod mesh;
 mod meshopt;
+mod moving;
 mod nodes;
 mod notes;
 mod part;
+mod pointer;
 mod primitive;
 mod resolve;
 mod textures;
@@ -36,9 +39,11 @@ mod unit;
 mod variants;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DMat4;
 
+use self::animation::{Animations, Owner};
 use self::buffers::Source;
 use self::container::Container;
 use self::document::Document;
@@ -50,7 +55,8 @@ use self::unit::Unit;
 use self::variants::Chosen;
 use super::world;
 use crate::error::{Error, Result};
-use crate::scene::{EnvironmentFile, Material, Scene};
+use crate::scene::motion::{Moving, MovingSurface};
+use crate::scene::{EnvironmentFile, Material, MaterialId, Scene};
 
 /// Upper bounds on what a scene may cost, so that a small file cannot ask for the whole machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,6 +110,9 @@ pub struct Choices {
     pub environment: Option<EnvironmentFile>,
     /// The variant of the materials by name, otherwise by index from 0; none is the materials as they are.
     pub variant: Option<String>,
+    /// The animation by name, otherwise by index from 0; none is every animation that moves nothing which an earlier
+    /// one of the file moves.
+    pub animation: Option<String>,
 }
 
 impl Scene {
@@ -137,9 +146,9 @@ pub fn load_with_environment(path: &Path, environment: Option<&EnvironmentFile>,
 /// Like [`load`], with choices.
 ///
 /// # Errors
-/// As [`load`], for either file; [`Error::Scene`] if there is no such variant.
+/// As [`load`], for either file; [`Error::Scene`] if there is no such variant or animation.
 pub fn load_with(path: &Path, choices: &Choices, limits: &Limits) -> Result<Scene> {
-    let (mut scene, dim) = read(path, choices.variant.as_deref(), limits)?;
+    let (mut scene, dim) = read(path, choices, limits)?;
     if let Some(file) = &choices.environment {
         let (map, warnings) = file.load(limits)?;
         scene.files.push(file.path.clone());
@@ -154,24 +163,24 @@ pub fn load_with(path: &Path, choices: &Choices, limits: &Limits) -> Result<Scen
 }
 
 /// A scene that may lack light and camera, and what to tell of its light if there is no other.
-fn read(path: &Path, variant: Option<&str>, limits: &Limits) -> Result<(Scene, Option<String>)> {
+fn read(path: &Path, choices: &Choices, limits: &Limits) -> Result<(Scene, Option<String>)> {
     let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, "read", e))?;
     if !metadata.is_file() {
         return Err(Error::scene(path, "is not a regular file"));
     }
     let bytes = read_limited(path, limits.file_bytes).map_err(|cause| Error::scene(path, cause))?;
     let folder = Folder::of(path, limits.file_bytes);
-    let scene = folder.and_then(|folder| assemble(&bytes, &folder, variant, limits));
+    let scene = folder.and_then(|folder| assemble(&bytes, &folder, choices, limits));
     scene.map(|(scene, dim)| (Scene { path: path.to_owned(), ..scene }, dim)).map_err(|cause| Error::scene(path, cause))
 }
 
 /// The same from the bytes of the file.
-fn assemble(bytes: &[u8], folder: &Folder, variant: Option<&str>, limits: &Limits) -> Outcome<(Scene, Option<String>)> {
+fn assemble(bytes: &[u8], folder: &Folder, choices: &Choices, limits: &Limits) -> Outcome<(Scene, Option<String>)> {
     let mut notes = Notes::default();
     let container = Container::split(bytes, &mut notes)?;
     let source = Source { folder, blob: container.blob, length: bytes.len() as u64, most_bytes: limits.buffer_bytes };
     let document = Document::parse(&container, source, limits, &mut notes)?;
-    let chosen = Chosen::of(variant, &document.variants)?;
+    let chosen = Choice { variant: Chosen::of(choices.variant.as_deref(), &document.variants)?, choices };
     let source = ImageSource { document: &document, folder, limits };
     let mut first = notes.clone();
     let mut scene = placed(&source, DMat4::IDENTITY, &chosen, &mut first)?;
@@ -180,6 +189,9 @@ fn assemble(bytes: &[u8], folder: &Folder, variant: Option<&str>, limits: &Limit
         document.buffers.start_again();
         scene = placed(&source, unit.root(), &chosen, &mut notes)?;
         unit.apply(&mut scene)?;
+        if let Some(motion) = &mut scene.motion {
+            Arc::make_mut(motion).set_unit(unit.scale());
+        }
         notes.note(unit.note());
     } else {
         notes = first;
@@ -195,20 +207,32 @@ fn assemble(bytes: &[u8], folder: &Folder, variant: Option<&str>, limits: &Limit
     Ok((scene, dim))
 }
 
+/// What is shown of a file that has several of it.
+struct Choice<'a> {
+    variant: Chosen,
+    choices: &'a Choices,
+}
+
 /// What the document places in the world, with `start` before all of it. Fails if all of it is lost.
-fn placed(source: &ImageSource, start: DMat4, chosen: &Chosen, notes: &mut Notes) -> Outcome<Scene> {
+fn placed(source: &ImageSource, start: DMat4, chosen: &Choice, notes: &mut Notes) -> Outcome<Scene> {
     let ImageSource { document, limits, .. } = *source;
-    let hierarchy = nodes::walk(document, start, limits, notes)?;
-    let used = mesh::used_materials(document, &hierarchy, chosen);
-    let Materials { materials, uv_sets, textures } = materials(document, &used, notes);
+    let animations = Animations::read(document, chosen.choices.animation.as_deref(), limits, notes)?;
+    let moved = (document, &animations);
+    let hierarchy = nodes::walk(moved, start, limits, notes)?;
+    let used = mesh::used_materials(document, &hierarchy, &chosen.variant);
+    let Materials { materials, uv_sets, textures, moving } = materials(moved, &used, notes);
+    let mut moving = Moving { surfaces: moving, ..Moving::default() };
     let mut scene = Scene {
-        lights: lights::lights(document, &hierarchy.placed, notes),
-        cameras: lights::cameras(document, &hierarchy.placed, notes),
+        lights: lights::lights(moved, &hierarchy.placed, &mut moving, notes),
+        cameras: lights::cameras(moved, &hierarchy.placed, &mut moving, notes),
         materials,
         ..Scene::default()
     };
     textures::add(source, &textures, &mut scene, notes);
-    mesh::MeshReader::new(document, limits, (&used, &uv_sets), chosen).add_all(&hierarchy, &mut scene, notes)?;
+    let mut meshes = mesh::MeshReader::new(moved, limits, (&used, &uv_sets), &chosen.variant);
+    meshes.add_all(&hierarchy, &mut scene, notes)?;
+    (moving.instances, moving.shapes) = (meshes.moving.instances, meshes.moving.shapes);
+    scene.motion = animations.motion(start, hierarchy, moving);
     match notes.first_loss().filter(|_| scene.instances.is_empty()) {
         Some(loss) => Err(loss.to_owned()),
         None => Ok(scene),
@@ -220,22 +244,30 @@ struct Materials {
     materials: Vec<Material>,
     uv_sets: Vec<UvSets>,
     textures: Vec<UsedTexture>,
+    moving: Vec<MovingSurface>,
 }
 
-fn materials(document: &Document, used: &[Option<u32>], notes: &mut Notes) -> Materials {
+fn materials((document, animations): (&Document, &Animations), used: &[Option<u32>], notes: &mut Notes) -> Materials {
     let mut converter = Converter::new(document);
     let mut materials = Vec::with_capacity(used.len().max(1));
     let mut uv_sets = Vec::with_capacity(used.len());
+    let mut moving = Vec::new();
     for index in used {
         let part = index.and_then(|index| notes.or_fault(document.materials.part(index as usize)));
-        let (material, sets) = part.map_or_else(Default::default, |part| converter.material(&part, notes));
+        let (material, sets) = part.as_ref().map_or_else(Default::default, |part| converter.material(part, notes));
+        if let (Some(of), Some(part)) = (*index, &part)
+            && animations.change(Owner::Material(of))
+        {
+            let (id, rest, sources) = (MaterialId::at(materials.len()), material.clone(), material::sources(part));
+            moving.push(MovingSurface { material: id, of, rest, sources });
+        }
         materials.push(material);
         uv_sets.push(sets);
     }
     if materials.is_empty() {
         materials.push(Material::default());
     }
-    Materials { materials, uv_sets, textures: converter.used }
+    Materials { materials, uv_sets, textures: converter.used, moving }
 }
 
 fn count_skipped(scene: &Scene, notes: &mut Notes) {

@@ -3,9 +3,11 @@
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::Limits;
+use super::animation::Animations;
 use super::document::Document;
 use super::notes::{Notes, Outcome};
 use super::part::Part;
+use crate::scene::motion::{Local, Node, NodeField, Parts};
 
 /// A node of the chosen scene.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +17,18 @@ pub(super) struct Placed {
     /// Local to world.
     pub to_world: DMat4,
     pub holds: Holds,
+    pub life: Life,
+}
+
+/// What becomes of a node over time, with all above it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Life {
+    /// Whether it is shown at rest.
+    pub visible: bool,
+    /// Whether this changes.
+    pub appears: bool,
+    /// Whether it is moved, turned or scaled.
+    pub moves: bool,
 }
 
 /// What a node places, by index in the lists of the file.
@@ -31,6 +45,8 @@ pub(super) struct Hierarchy {
     pub placed: Vec<Placed>,
     /// For each node of the file its place in `placed`, or [`ABSENT`].
     places: Vec<u32>,
+    /// The same nodes as parents and children, where anything moves.
+    pub nodes: Vec<Node>,
 }
 
 const ABSENT: u32 = u32::MAX;
@@ -42,20 +58,32 @@ impl Hierarchy {
         let place = *self.places.get(node as usize)?;
         Some(self.placed.get(place as usize).map_or(DMat4::IDENTITY, |placed| placed.to_world))
     }
+
+    /// The place of a node in `placed`, if it is in the chosen scene.
+    pub fn place(&self, node: u32) -> Option<u32> {
+        self.places.get(node as usize).copied().filter(|place| *place != ABSENT)
+    }
 }
 
 /// A node that is still to be visited.
 struct Waiting {
     node: u32,
     parent: DMat4,
+    /// Its place.
+    above: Option<u32>,
     depth: u32,
-    visible: bool,
+    life: Life,
 }
 
 /// Walks the default scene (or the first, or all root nodes where the file has no scenes). A node that is listed twice
 /// is placed once. `start` is a map of the whole world. Fails on hierarchies deeper than the limit.
-pub(super) fn walk(document: &Document, start: DMat4, limits: &Limits, notes: &mut Notes) -> Outcome<Hierarchy> {
-    let mut walk = Walk { document, hidden: 0, stack: Vec::new(), hierarchy: Hierarchy::empty(document) };
+pub(super) fn walk(
+    (document, animations): (&Document, &Animations),
+    start: DMat4,
+    limits: &Limits,
+    notes: &mut Notes,
+) -> Outcome<Hierarchy> {
+    let mut walk = Walk { document, animations, hidden: 0, stack: Vec::new(), hierarchy: Hierarchy::empty(document) };
     let roots = scene_roots(document, notes);
     let has_parent = children(document);
     let (inner, outer): (Vec<u32>, Vec<u32>) =
@@ -66,7 +94,8 @@ pub(super) fn walk(document: &Document, start: DMat4, limits: &Limits, notes: &m
             notes.fault(format!("node {root} is listed twice; it is shown once"));
             continue;
         }
-        walk.stack.push(Waiting { node: root, parent: start, depth: 0, visible: true });
+        let life = Life { visible: true, appears: false, moves: false };
+        walk.stack.push(Waiting { node: root, parent: start, above: None, depth: 0, life });
         while let Some(waiting) = walk.stack.pop() {
             if waiting.depth > limits.depth {
                 let levels = limits.depth;
@@ -84,6 +113,7 @@ pub(super) fn walk(document: &Document, start: DMat4, limits: &Limits, notes: &m
 
 struct Walk<'a> {
     document: &'a Document<'a>,
+    animations: &'a Animations,
     hierarchy: Hierarchy,
     stack: Vec<Waiting>,
     /// Nodes with a mesh or a light that are not shown.
@@ -92,7 +122,7 @@ struct Walk<'a> {
 
 impl Hierarchy {
     fn empty(document: &Document) -> Self {
-        Self { placed: Vec::new(), places: vec![ABSENT; document.nodes.len()] }
+        Self { placed: Vec::new(), places: vec![ABSENT; document.nodes.len()], nodes: Vec::new() }
     }
 }
 
@@ -108,24 +138,33 @@ impl Walk<'_> {
         if self.is_placed(node) {
             return Err(format!("node {node} is listed twice; it is shown once"));
         }
-        let to_world = waiting.parent * local(&part, notes);
+        let local = local(&part, notes);
+        let to_world = waiting.parent * local.matrix();
         if !to_world.is_finite() {
             notes.fault(format!("node {node}: its transform is not finite; it was skipped with all below it"));
             return Ok(());
         }
         let visibility = part.extension("KHR_node_visibility", notes);
         let shown = visibility.and_then(|part| part.flag("visible", notes)).unwrap_or(true);
-        let visible = waiting.visible && shown;
+        let life = Life {
+            visible: waiting.life.visible && shown,
+            appears: waiting.life.appears || self.animations.changes(node, NodeField::Visible),
+            moves: waiting.life.moves || self.animations.moves(node),
+        };
         let mut holds = Holds::of(&part, notes);
-        if !visible && (holds.mesh.is_some() || holds.light.is_some()) {
+        if !life.visible && !life.appears && (holds.mesh.is_some() || holds.light.is_some()) {
             self.hidden += 1;
             holds = Holds { mesh: None, light: None, ..holds };
         }
-        self.hierarchy.places[node as usize] = self.hierarchy.placed.len() as u32;
-        self.hierarchy.placed.push(Placed { node, to_world, holds });
+        let place = self.hierarchy.placed.len() as u32;
+        self.hierarchy.places[node as usize] = place;
+        self.hierarchy.placed.push(Placed { node, to_world, holds, life });
+        if !self.animations.is_empty() {
+            self.hierarchy.nodes.push(Node { parent: waiting.above, local, shown });
+        }
         let depth = waiting.depth + 1;
         for child in part.indices("children", notes).into_iter().rev() {
-            self.stack.push(Waiting { node: child, parent: to_world, depth, visible });
+            self.stack.push(Waiting { node: child, parent: to_world, above: Some(place), depth, life });
         }
         Ok(())
     }
@@ -173,7 +212,7 @@ fn children(document: &Document) -> Vec<bool> {
     is_child
 }
 
-fn local(part: &Part, notes: &mut Notes) -> DMat4 {
+fn local(part: &Part, notes: &mut Notes) -> Local {
     if let Some(matrix) = part.numbers::<16>("matrix", notes) {
         let mut matrix = DMat4::from_cols_array(&matrix.map(f64::from));
         let last_row = DVec4::W;
@@ -184,7 +223,7 @@ fn local(part: &Part, notes: &mut Notes) -> DMat4 {
                 [x, y, z, last_row[c]]
             }));
         }
-        return matrix;
+        return Local::Matrix(matrix);
     }
     let translation = part.numbers("translation", notes).unwrap_or([0.0; 3]);
     let scale = part.numbers("scale", notes).unwrap_or([1.0; 3]);
@@ -194,7 +233,7 @@ fn local(part: &Part, notes: &mut Notes) -> DMat4 {
         notes.fault(format!("{}: a rotation of zero length was ignored", part.place));
         DQuat::IDENTITY
     });
-    DMat4::from_scale_rotation_translation(scale, rotation, translation)
+    Local::Parts(Parts { translation, rotation, scale })
 }
 
 /// A unit quaternion from x, y, z, w.

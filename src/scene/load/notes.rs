@@ -44,6 +44,15 @@ impl Notes {
         self.fault(text);
     }
 
+    /// Adds all that other notes say.
+    pub fn append(&mut self, other: Self) {
+        other.list.into_iter().for_each(|text| self.note(text));
+        self.more += other.more;
+        self.faults += other.faults;
+        self.first_fault = self.first_fault.take().or(other.first_fault);
+        self.first_loss = self.first_loss.take().or(other.first_loss);
+    }
+
     /// The value, or `None` where it is lost.
     pub fn or_lost<T>(&mut self, outcome: Outcome<T>) -> Option<T> {
         outcome.map_err(|cause| self.loss(cause)).ok()

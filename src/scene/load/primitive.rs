@@ -1,11 +1,13 @@
 //! Primitives: their triangles, and the vertices that these use.
 
+use std::sync::Arc;
+
 use super::accessor::{Elements, Reader, Use};
-use super::deform::Influence;
 use super::document::Document;
 use super::draco::Packed;
 use super::notes::{Notes, Outcome, clip};
 use super::part::Part;
+use crate::scene::motion::Influence;
 use crate::scene::world::Needed;
 use crate::scene::{MaterialId, Mesh};
 
@@ -14,7 +16,7 @@ use crate::scene::{MaterialId, Mesh};
 pub(super) struct Primitive {
     pub mesh: Mesh,
     pub targets: Vec<Target>,
-    pub influences: Vec<Influence>,
+    pub influences: Arc<Vec<Influence>>,
     /// The vertices of the file that the mesh has, in their order, if it has not all of them.
     pick: Option<Vec<u32>>,
     /// Vertices in the file.
@@ -170,7 +172,7 @@ impl<'a> PrimitiveReader<'_, 'a> {
         }
         mesh.colors = self.optional(&picked, "COLOR_0", Use::Color, notes);
         if self.skinned {
-            primitive.influences = self.influences(&picked, notes);
+            primitive.influences = Arc::new(self.influences(&picked, notes));
         }
         primitive.pick = pick;
     }

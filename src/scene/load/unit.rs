@@ -37,6 +37,11 @@ impl Unit {
         (far || odd).then_some(Self { center, radius, scale })
     }
 
+    /// New units in a unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// From the unit of the file to the new one.
     pub fn root(&self) -> DMat4 {
         DMat4::from_scale(DVec3::splat(self.scale)) * DMat4::from_translation(-self.center)

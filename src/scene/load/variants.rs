@@ -25,16 +25,7 @@ pub(super) fn names(root: &Part, notes: &mut Notes) -> Vec<String> {
 impl Chosen {
     /// The variant with this name, otherwise with this number from 0.
     pub fn of(wanted: Option<&str>, names: &[String]) -> Outcome<Self> {
-        let Some(wanted) = wanted else { return Ok(Self(None)) };
-        let number = || wanted.parse::<usize>().ok().filter(|number| *number < names.len());
-        match names.iter().position(|name| name == wanted).or_else(number) {
-            Some(index) => Ok(Self(Some(index as u64))),
-            None if names.is_empty() => Err(format!("no variant '{}': the scene has none", clip(wanted))),
-            None => {
-                let list: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("'{}'", clip(name))).collect();
-                Err(format!("no variant '{}'; the scene has {}", clip(wanted), list.join(", ")))
-            }
-        }
+        Ok(Self(choose("variant", wanted, names)?.map(|index| index as u64)))
     }
 
     /// The material of a primitive, if it names one that exists.
@@ -60,6 +51,20 @@ impl Chosen {
             }
         }
         None
+    }
+}
+
+/// Which of the names is wanted, otherwise which number from 0; fails if there is neither.
+pub(super) fn choose(what: &str, wanted: Option<&str>, names: &[String]) -> Outcome<Option<usize>> {
+    let Some(wanted) = wanted else { return Ok(None) };
+    let number = || wanted.parse::<usize>().ok().filter(|number| *number < names.len());
+    match names.iter().position(|name| name == wanted).or_else(number) {
+        Some(index) => Ok(Some(index)),
+        None if names.is_empty() => Err(format!("no {what} '{}': the scene has none", clip(wanted))),
+        None => {
+            let list: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("'{}'", clip(name))).collect();
+            Err(format!("no {what} '{}'; the scene has {}", clip(wanted), list.join(", ")))
+        }
     }
 }
 
