@@ -5,6 +5,7 @@ mod support;
 
 mod boundaries;
 mod bounds;
+mod device_trees;
 mod energy;
 mod film;
 mod gather;
@@ -15,6 +16,7 @@ mod lobes;
 mod packing;
 mod primitives;
 mod proofs;
+mod refit;
 mod trace;
 mod vvh;
 mod walk;
