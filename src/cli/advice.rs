@@ -26,6 +26,7 @@ pub(super) const FLAGS: &[(&str, &str)] = &[
     ("sampling", "--sampling"),
     ("seed", "--seed"),
     ("select", "--device"),
+    ("tree_build", "--tree"),
     ("validate", "--validate"),
     ("weight", "--kernel"),
     ("width", "--size"),

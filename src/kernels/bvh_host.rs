@@ -126,6 +126,11 @@ pub fn pack_triangles(
     order.iter().map(pack).collect()
 }
 
+/// Which triangles a ray can hit: those that a tree holds.
+pub fn hittable(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<bool> {
+    triangles.iter().map(|corners| item(positions, *corners, 0).is_some()).collect()
+}
+
 /// A triangle that a ray can hit. Its area decides in double precision, where the cross product of single-precision
 /// corners is nearly exact: collinear corners have none, a needle has.
 fn item(positions: &[[f32; 3]], corners: [u32; 3], id: u32) -> Option<Item> {

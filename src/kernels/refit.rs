@@ -120,6 +120,14 @@ pub fn reference_costs(nodes: &[BvhNode], items: u32) -> Vec<f32> {
     nodes.iter().enumerate().map(cost).collect()
 }
 
+/// The surface-area cost of a tree on the host; 0 where there is none.
+pub fn host_cost(nodes: &[BvhNode], items: u32) -> f32 {
+    if nodes.is_empty() {
+        return 0.0;
+    }
+    reference_costs(nodes, items).iter().map(|cost| f64::from(*cost)).sum::<f64>() as f32
+}
+
 /// Items of a leaf but one.
 fn leaf_extra(leaf: u32) -> u32 {
     (leaf & BVH_COUNT_MASK) / BVH_COUNT_ONE

@@ -36,6 +36,15 @@ pub struct Mesh<'a> {
     pub tags: &'a Buf<[u32; 2]>,
 }
 
+/// What is in the leaves of a tree; the parts are those of [`Lbvh`].
+#[derive(Clone, Copy)]
+pub struct Leaves<'a> {
+    /// Triangles in the order of the leaves.
+    pub items: &'a Buf<u32>,
+    /// Three words: triangles in the tree, those left out, nodes.
+    pub counts: &'a Buf<u32>,
+}
+
 /// The box of each triangle, inverted where no ray can hit it.
 pub fn boxes(g: &mut Graph, mesh: Mesh<'_>) -> Buf<Aabb> {
     let triangles = mesh.triangles.len();
@@ -50,12 +59,12 @@ pub fn boxes(g: &mut Graph, mesh: Mesh<'_>) -> Buf<Aabb> {
 ///
 /// # Panics
 /// If there is room for fewer than the tree may hold.
-pub fn pack(g: &mut Graph, mesh: Mesh<'_>, boxes: &Buf<Aabb>, tree: &Lbvh, packed: &mut Buf<BvhTriangle>) {
+pub fn pack(g: &mut Graph, mesh: Mesh<'_>, boxes: &Buf<Aabb>, leaves: Leaves<'_>, packed: &mut Buf<BvhTriangle>) {
     let capacity = mesh.triangles.len();
     assert!(packed.len() >= capacity, "room for {} of {capacity} triangles", packed.len());
     let bind = TrianglePackBindings {
-        counts: &tree.counts,
-        items: &tree.items,
+        counts: leaves.counts,
+        items: leaves.items,
         boxes,
         positions: mesh.positions,
         corners: mesh.triangles,

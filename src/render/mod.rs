@@ -14,5 +14,7 @@ pub use session::estimator_bytes::EstimatorBytes;
 pub use session::identity::identity;
 pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{CLASSES, Choice, Session, Statistics, Updated};
-pub use settings::{Estimator, Lens, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, by_name};
+pub use settings::{
+    Estimator, Lens, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, TreeBuild, by_name,
+};
 pub use settings::{names, ranges};

@@ -49,7 +49,8 @@ pub fn build(
         let tree = builder(g, &on_device);
         let all_boxes = triangles::boxes(g, on_device);
         let mut leaves = g.buffer("leaves", n as u32);
-        triangles::pack(g, on_device, &all_boxes, &tree, &mut leaves);
+        let held = triangles::Leaves { items: &tree.items, counts: &tree.counts };
+        triangles::pack(g, on_device, &all_boxes, held, &mut leaves);
         let mut found = g.buffer("found", rays.len());
         trace::closest(g, trace::Tree { nodes: &tree.nodes, triangles: &leaves }, &rays, &mut found);
         let mut to = (g.import(nodes.memory()), g.import(items.memory()), g.import(counts.memory()));

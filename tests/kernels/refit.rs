@@ -51,7 +51,8 @@ fn refitted(h: &Harness, tree: &Tree, mesh: &Mesh) -> (Vec<BvhNode>, Vec<[u32; 4
         let target = refit::Target { nodes: &mut own.nodes, items: &own.items, counts: &own.counts };
         refit::boxes(g, target, &boxes, h.fences());
         let mut packed = g.buffer::<BvhTriangle>("packed", triangle_count as u32);
-        triangles::pack(g, mesh, &boxes, &own, &mut packed);
+        let held = triangles::Leaves { items: &own.items, counts: &own.counts };
+        triangles::pack(g, mesh, &boxes, held, &mut packed);
         let mut found = g.buffer("found", rays.len());
         trace::closest(g, trace::Tree { nodes: &own.nodes, triangles: &packed }, &rays, &mut found);
         let (mut to, mut more) = (g.import(nodes.memory()), g.import(hits.memory()));

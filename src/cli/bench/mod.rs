@@ -4,6 +4,7 @@ mod estimator_report;
 mod estimators;
 mod machine;
 mod photon_map;
+mod trees;
 mod update;
 
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use serde_json::{Value, json};
 use self::estimators::EstimatorsArgs;
 use self::machine::Machine;
 use self::photon_map::PhotonMapArgs;
+use self::trees::TreesArgs;
 use self::update::UpdateArgs;
 use super::console::{print, spinner};
 use super::device::DeviceArgs;
@@ -30,6 +32,7 @@ Examples:
   nephroid bench --json > rates.json
   nephroid bench photon-map ring.gltf pool.gltf
   nephroid bench estimators kitchen.glb
+  nephroid bench trees chess.glb
   nephroid bench update chess.glb
 
 Columns: the median time of a run; items a second; bytes a second as the floor counts them; the rate as
@@ -68,6 +71,8 @@ pub enum Table {
     Estimators(EstimatorsArgs),
     /// Compare builders and leaf sizes of the photon map, and count its photons
     PhotonMap(PhotonMapArgs),
+    /// Compare the builders of trees over triangles: build time, cost, rays; and a refitted tree with a new one
+    Trees(TreesArgs),
     /// Measure what changes of a scene cost in a running session
     Update(UpdateArgs),
 }
@@ -80,6 +85,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     match &args.table {
         Some(Table::PhotonMap(args)) => photon_map::run(args),
         Some(Table::Estimators(args)) => estimators::run(args),
+        Some(Table::Trees(args)) => trees::run(args),
         Some(Table::Update(args)) => update::run(args),
         None => rates(args),
     }

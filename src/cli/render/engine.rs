@@ -119,6 +119,7 @@ fn settings(request: &Request, scene: &Scene) -> Result<Settings> {
         method: request.light.method,
         estimator: request.light.estimator,
         photon_build: request.light.photon_build,
+        tree_build: request.light.tree,
         knn_photons: request.light.knn_photons,
         sampling: request.light.sampling,
         weight: request.light.weight,

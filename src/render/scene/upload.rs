@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::casters::casters;
+use super::device_tree::{DeviceTree, device_builder};
 use super::guide::Guide;
 use super::host::Host;
 use super::lights::LightTable;
@@ -17,7 +18,7 @@ use crate::kernels::generated::{
     BvhNode, BvhTriangle, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::render::settings::Settings;
+use crate::render::settings::{Settings, TreeBuild};
 use crate::scene::needs::is_specular;
 use crate::scene::{InstanceId, Scene};
 
@@ -77,6 +78,9 @@ pub struct DeviceScene {
     lobes: Persistent<u32>,
     /// What the host knows of it.
     host: Arc<Host>,
+    tree_build: TreeBuild,
+    /// What the device needs to build and refit the tree, where it does.
+    device_tree: Option<DeviceTree>,
     /// The materials as they are on the device.
     host_materials: Vec<DeviceMaterial>,
     /// The tables as they are on the device.
@@ -134,13 +138,13 @@ impl DeviceScene {
     /// [`Error::OutOfMemory`] for what does not fit the device, [`Error::Scene`] for a scene that is too large or too
     /// small to compute with.
     pub fn new(runtime: &Runtime, scene: &Scene, settings: &Settings) -> Result<Self> {
-        Self::in_memory(Memory::Device(runtime), scene, settings.camera, settings.full_program)
+        Self::in_memory(Memory::Device(runtime), scene, settings)
     }
 
-    /// The same in any memory. `full` keeps every feature in the kernels.
-    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, camera: usize, full: bool) -> Result<Self> {
-        let mut device = Self::empty(memory, full);
-        device.update(memory, scene, camera, &Stale::all())?;
+    /// The same in any memory.
+    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, settings: &Settings) -> Result<Self> {
+        let mut device = Self::empty(memory, settings);
+        device.update(memory, scene, settings.camera, &Stale::all())?;
         Ok(device)
     }
 
@@ -163,8 +167,9 @@ impl DeviceScene {
         let tree = stale.geometry || !stale.moved.is_empty();
         let all = stale.geometry || (tree && !known.move_instances(scene, &stale.moved));
         if all {
-            known.update_geometry(scene);
+            known.update_world(scene);
         }
+        let packed = tree && self.update_tree(memory, scene, known, (all, &stale.moved))?;
         check_radius(scene, known.tree.radius)?;
         if stale.materials {
             known.update_materials(scene);
@@ -177,9 +182,9 @@ impl DeviceScene {
         let former = std::mem::replace(&mut self.variant, variant(scene, &self.host, &table, self.full));
         let layout = !former.same_layout(&self.variant);
         if tree {
-            self.upload_tree(memory)?;
+            self.upload_tree(memory, packed)?;
         }
-        if tree || stale.masks {
+        if stale.masks || (tree && !packed) {
             self.upload_triangles(memory, scene)?;
         }
         if all || layout {
@@ -238,7 +243,8 @@ impl DeviceScene {
     }
 
     /// A scene of nothing, to be filled.
-    fn empty(memory: Memory<'_>, full: bool) -> Self {
+    fn empty(memory: Memory<'_>, settings: &Settings) -> Self {
+        let lights_by_id = settings.tree_build != TreeBuild::Sah;
         Self {
             nodes: Persistent::detached("nodes", 0),
             triangles: Persistent::detached("triangles", 0),
@@ -253,12 +259,14 @@ impl DeviceScene {
             casters: Persistent::detached("casters", 0),
             guide: Persistent::detached("guide", 0),
             lobes: Persistent::detached("lobes", 0),
-            host: Arc::default(),
+            host: Arc::new(Host::empty(lights_by_id)),
+            tree_build: settings.tree_build,
+            device_tree: None,
             host_materials: vec![],
             host_lobes: Lobes::default(),
             guided_lights: vec![],
             numbers: Globals::default(),
-            full,
+            full: settings.full_program,
             generation: 0,
             variant: Variant::default(),
             light_count: 0,
@@ -281,10 +289,46 @@ impl DeviceScene {
         }
     }
 
-    /// The inner nodes, and what is known of all triangles.
-    fn upload_tree(&mut self, memory: Memory<'_>) -> Result<()> {
+    /// Builds a tree over the world, or refits the one that there is, on the device or on the host as the settings
+    /// want it; `moved` are the instances that are elsewhere, unless `all` of the world is another. True if nodes and
+    /// triangles are on the device already.
+    fn update_tree(
+        &mut self,
+        memory: Memory<'_>,
+        scene: &Scene,
+        known: &mut Host,
+        (all, moved): (bool, &[InstanceId]),
+    ) -> Result<bool> {
+        let count = known.world.triangles.len() as u32;
+        let (runtime, builder) = match (memory, device_builder(self.tree_build, all, count)) {
+            (Memory::Device(runtime), Some(builder)) => (runtime, builder),
+            _ => {
+                self.device_tree = None;
+                known.build_tree();
+                return Ok(false);
+            }
+        };
+        check_size(memory, scene, "tree nodes", u64::from(count) * size_of::<BvhNode>() as u64)?;
+        check_size(memory, scene, "triangles", u64::from(count) * size_of::<BvhTriangle>() as u64)?;
+        self.generation += grow(memory, &mut self.nodes, "nodes", count)?;
+        self.generation += grow(memory, &mut self.triangles, "triangles", count)?;
+        let former = self.device_tree.take().filter(|_| !all);
+        let mut tree = match former {
+            Some(tree) => tree,
+            None => DeviceTree::new(runtime, scene, known, self.fences)?,
+        };
+        let bvh = tree.update((runtime, builder), known, (!all).then_some(moved), (&self.nodes, &self.triangles))?;
+        self.device_tree = Some(tree);
+        known.adopt(bvh);
+        Ok(true)
+    }
+
+    /// The inner nodes, unless the device has them, and what is known of all triangles.
+    fn upload_tree(&mut self, memory: Memory<'_>, there: bool) -> Result<()> {
         let tree = &self.host.tree;
-        self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+        if !there {
+            self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+        }
         self.triangle_count = tree.bvh.order.len() as u32;
         self.skipped_triangles = tree.bvh.skipped;
         self.radius = tree.radius;
@@ -297,6 +341,8 @@ impl DeviceScene {
         let bytes = self.host.tree.bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64;
         check_size(memory, scene, "triangles", bytes)?;
         self.generation += fill(memory, &mut self.triangles, "triangles", &self.host.packed_triangles(scene))?;
+        // What rides with triangles may be other.
+        self.device_tree = None;
         Ok(())
     }
 
@@ -491,6 +537,15 @@ fn fill_roomy<T: bytemuck::Pod>(
         *buffer = memory.zeroed(name, (data.len() + data.len() / 8 + LEAST) as u32)?;
     }
     memory.overwrite(buffer, 0, data)?;
+    Ok(u64::from(replaced))
+}
+
+/// Replaces a buffer that is too short for `len` elements by one that is not. Returns how often it was: 0 or 1.
+fn grow<T: bytemuck::Pod>(memory: Memory<'_>, buffer: &mut Persistent<T>, name: &'static str, len: u32) -> Result<u64> {
+    let replaced = len > buffer.len();
+    if replaced {
+        *buffer = memory.zeroed(name, len)?;
+    }
     Ok(u64::from(replaced))
 }
 
