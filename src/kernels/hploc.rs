@@ -19,7 +19,7 @@ use super::compact;
 use super::generated::Aabb;
 use super::generated::{HplocMerge, HplocMergeBindings, HplocMergeParams};
 use super::generated::{HplocRanges, HplocRangesBindings, HplocRangesParams};
-use super::lbvh::{self, Lbvh, Sorted};
+use super::lbvh::{self, Codes, Lbvh, Sorted};
 use crate::constants::BVH_MAX_DEPTH;
 use crate::constants::{HPLOC_KEPT, HPLOC_ROOT_HEIGHT};
 use crate::graph::{Buf, Graph, Grid};
@@ -37,7 +37,7 @@ const _: () = assert!(lbvh::MAX_DEPTH <= HPLOC_ROOT_HEIGHT);
 pub fn binary(g: &mut Graph, boxes: &Buf<Aabb>) -> Binary {
     let capacity = boxes.len();
     g.scope("hploc", |g| {
-        let Sorted { scene, codes, items, counts, .. } = lbvh::sorted(g, Items::All, boxes);
+        let Sorted { scene, codes, items, counts, .. } = lbvh::sorted(g, Items::All, (boxes, Codes::OfPlaces));
         let (mut ranges, mut parents) = (g.buffer("hploc_ranges", capacity), g.buffer("hploc_parents", capacity));
         let (mut clusters, mut cluster_boxes) =
             (g.buffer("hploc_clusters", capacity), g.buffer("hploc_boxes", capacity));

@@ -1,7 +1,7 @@
 //! The specification of [`super::hploc`], as plain recursion.
 
 use super::generated::{Aabb, BvhNode, Cluster};
-use super::lbvh_reference::morton;
+use super::lbvh_reference::morton_of_place;
 use super::reduce::reference_bounds;
 use super::refit::{tree_area, tree_unit};
 use crate::constants::{BVH_LEAF, HPLOC_GROUP, HPLOC_KEPT, HPLOC_RADIUS, HPLOC_ROOT_HEIGHT, MORTON_NONE};
@@ -10,7 +10,7 @@ use crate::constants::{BVH_LEAF, HPLOC_GROUP, HPLOC_KEPT, HPLOC_RADIUS, HPLOC_RO
 /// of their codes.
 pub fn binary(boxes: &[Aabb]) -> (Vec<Option<BvhNode>>, Vec<u32>) {
     let scene = reference_bounds(boxes);
-    let mut order: Vec<(u32, u32)> = boxes.iter().zip(0..).map(|(b, i)| (morton(b, &scene), i)).collect();
+    let mut order: Vec<(u32, u32)> = boxes.iter().zip(0..).map(|(b, i)| (morton_of_place(b, &scene), i)).collect();
     order.sort_unstable();
     order.retain(|(code, _)| *code != MORTON_NONE);
     let mut builder = Builder { boxes, order: &order, unit: tree_unit(&scene), nodes: vec![None; order.len()] };

@@ -15,6 +15,7 @@ use super::generated::{LbvhCodes, LbvhCodesBindings, LbvhCodesParams};
 use super::generated::{LbvhCount, LbvhCountBindings, LbvhCountParams};
 use super::generated::{LbvhLinks, LbvhLinksBindings, LbvhLinksParams};
 use super::generated::{LbvhPack, LbvhPackBindings, LbvhPackParams};
+use super::generated::{LbvhPlaces, LbvhPlacesBindings, LbvhPlacesParams};
 use super::{Items, reduce, scan, sort};
 use crate::constants::{BVH_COUNT_MASK, BVH_COUNT_ONE, BVH_MAX_DEPTH, MORTON_BITS};
 pub use crate::constants::{BVH_LEAF as LEAF, LBVH_END as END};
@@ -63,7 +64,7 @@ pub struct Lbvh {
 pub fn build(g: &mut Graph, items: Items<'_>, boxes: &Buf<Aabb>, options: Options) -> Lbvh {
     assert!(options.leaf_items >= 1, "a leaf holds at least one box");
     g.scope("lbvh", |g| {
-        let (mut tree, linked) = linked(g, items, boxes, options);
+        let (mut tree, linked) = linked(g, items, (boxes, Codes::OfSizes), options);
         if options.leaf_items > 1 {
             pack(g, &linked.inner, &linked.kept, &mut tree);
         }
@@ -77,9 +78,19 @@ pub fn build(g: &mut Graph, items: Items<'_>, boxes: &Buf<Aabb>, options: Option
 /// As [`build`].
 pub fn binary(g: &mut Graph, boxes: &Buf<Aabb>, fences: bool) -> Binary {
     g.scope("lbvh", |g| {
-        let (tree, Linked { links, scene, .. }) = linked(g, Items::All, boxes, Options { leaf_items: 1, fences });
+        let options = Options { leaf_items: 1, fences };
+        let (tree, Linked { links, scene, .. }) = linked(g, Items::All, (boxes, Codes::OfPlaces), options);
         Binary { tree, links, scene }
     })
+}
+
+/// What comes first in the codes of boxes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Codes {
+    /// Their sizes: footprints of photons differ a thousandfold.
+    OfSizes,
+    /// Their places: triangles of one surface are to stay together.
+    OfPlaces,
 }
 
 /// Boxes in the order of their codes.
@@ -97,11 +108,11 @@ pub(super) struct Sorted {
 }
 
 /// Sorts the boxes by their codes, those that are not valid to the end, and counts them.
-pub(super) fn sorted(g: &mut Graph, items: Items<'_>, boxes: &Buf<Aabb>) -> Sorted {
+pub(super) fn sorted(g: &mut Graph, items: Items<'_>, (boxes, codes): (&Buf<Aabb>, Codes)) -> Sorted {
     let capacity = boxes.len();
     assert!(capacity <= 1 << 27, "{capacity} boxes, at most 2^27 fit a child reference");
     let count = items.buffer(g, capacity);
-    let (scene, codes, order) = sorted_codes(g, &count, boxes);
+    let (scene, codes, order) = sorted_codes(g, &count, (boxes, codes));
     let (mut counts, mut inner) = (g.buffer("lbvh_counts", 3), g.buffer("lbvh_inner", 1));
     g.dispatch(
         LbvhCount,
@@ -120,8 +131,8 @@ struct Linked {
     scene: Buf<Aabb>,
 }
 
-fn linked(g: &mut Graph, items: Items<'_>, boxes: &Buf<Aabb>, options: Options) -> (Lbvh, Linked) {
-    let Sorted { scene, codes, items, counts, inner } = sorted(g, items, boxes);
+fn linked(g: &mut Graph, items: Items<'_>, (boxes, codes): (&Buf<Aabb>, Codes), options: Options) -> (Lbvh, Linked) {
+    let Sorted { scene, codes, items, counts, inner } = sorted(g, items, (boxes, codes));
     let mut tree = Lbvh { nodes: g.buffer("lbvh_nodes", inner_capacity(boxes.len())), items, counts };
     let (kept, links) = link(g, boxes, &codes, &inner, options, &mut tree);
     (tree, Linked { links, kept, inner, scene })
@@ -132,17 +143,26 @@ fn inner_capacity(capacity: u32) -> u32 {
 }
 
 /// The box of all; Morton codes in ascending order with the indices of their boxes.
-fn sorted_codes(g: &mut Graph, count: &Buf<u32>, boxes: &Buf<Aabb>) -> (Buf<Aabb>, Buf<u32>, Buf<u32>) {
+fn sorted_codes(
+    g: &mut Graph,
+    count: &Buf<u32>,
+    (boxes, kind): (&Buf<Aabb>, Codes),
+) -> (Buf<Aabb>, Buf<u32>, Buf<u32>) {
     let capacity = boxes.len();
     let mut scene = g.buffer("lbvh_scene", 1);
     reduce::bounds(g, Items::Counted(count), boxes, &mut scene);
     let (mut codes, mut index) = (g.buffer("lbvh_codes", capacity), g.buffer("lbvh_index", capacity));
-    g.dispatch(
-        LbvhCodes,
-        Grid::Threads(capacity),
-        LbvhCodesParams { capacity },
-        LbvhCodesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index },
-    );
+    let grid = Grid::Threads(capacity);
+    match kind {
+        Codes::OfSizes => {
+            let bind = LbvhCodesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index };
+            g.dispatch(LbvhCodes, grid, LbvhCodesParams { capacity }, bind);
+        }
+        Codes::OfPlaces => {
+            let bind = LbvhPlacesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index };
+            g.dispatch(LbvhPlaces, grid, LbvhPlacesParams { capacity }, bind);
+        }
+    }
     let (codes, order) = sort::pairs(g, Items::Counted(count), codes, index, CODE_BITS);
     (scene, codes, order)
 }

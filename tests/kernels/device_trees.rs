@@ -10,7 +10,7 @@ use nephroid::low_level::kernels::triangles::Builder;
 use nephroid::low_level::kernels::{collapse, hploc, hploc_reference, reduce, triangles};
 use nephroid::low_level::scene::World;
 
-use crate::support::boxes::{cases, check_in_any_order};
+use crate::support::boxes::{cases, check_in_any_order, cube};
 use crate::support::harness::{Harness, assert_same};
 use crate::support::lab::asset;
 use crate::support::proof;
@@ -163,7 +163,7 @@ pub fn meshes() -> Vec<(String, Mesh)> {
 pub fn reference(boxes: &[Aabb], builder: Builder) -> Tree {
     let (nodes, items) = match builder {
         Builder::Lbvh => {
-            let tree = lbvh_reference::build(boxes, 1);
+            let tree = lbvh_reference::build_by(lbvh_reference::morton_of_place, boxes, 1);
             (tree.nodes.into_iter().map(Some).collect(), tree.items)
         }
         Builder::Hploc => hploc_reference::binary(boxes),
@@ -246,7 +246,8 @@ fn over_boxes(h: &Harness, boxes: &[Aabb], builder: Builder) -> Tree {
     Tree { nodes, items, degenerate: counts[1] }
 }
 
-fn compare_with_reference(h: &Harness, name: &str, boxes: &[Aabb], builder: Builder) {
+/// Compares with the specification; returns the depth.
+fn compare_with_reference(h: &Harness, name: &str, boxes: &[Aabb], builder: Builder) -> u32 {
     let what = format!("{name}, {} boxes, {builder:?}", boxes.len());
     let (got, wanted) = (over_boxes(h, boxes, builder), reference(boxes, builder));
     assert_same(&got.items, &wanted.items, &what);
@@ -254,6 +255,17 @@ fn compare_with_reference(h: &Harness, name: &str, boxes: &[Aabb], builder: Buil
     let depth = check_in_any_order(&got, boxes, collapse::LEAF_ITEMS);
     let depth = depth.unwrap_or_else(|problem| panic!("{what}: {problem}"));
     assert!(depth <= hploc::MAX_DEPTH, "{what}: depth {depth}");
+    depth
+}
+
+/// Of cubes around each other only the two smallest are each other's nearest, so clusters would be strings that no
+/// traversal has a stack for: their heights are bounded.
+#[test]
+fn strings_of_clusters_stay_within_the_stack() {
+    let h = Harness::lock();
+    let boxes: Vec<_> = (0..4096).map(|i| cube([0.0; 3], 1.003f32.powi(i))).collect();
+    let depth = compare_with_reference(&h, "cubes around cubes", &boxes, Builder::Hploc);
+    assert!(depth > 40, "the bound is put to the test: {depth}");
 }
 
 #[test]
@@ -265,7 +277,10 @@ fn the_device_builds_the_specified_trees() {
             compare_with_reference(&h, name, &boxes, Builder::Hploc);
         }
     }
-    proof::by(collapse::reference, &["collapse_fuse", "collapse_inside", "collapse_weigh", "collapse_write"]);
+    proof::by(
+        collapse::reference,
+        &["collapse_fuse", "collapse_inside", "collapse_weigh", "collapse_write", "lbvh_places"],
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::host::Host;
 use crate::error::Result;
-use crate::graph::{Graph, Persistent, Runtime};
+use crate::graph::{DeviceClass, Graph, Persistent, Runtime};
 use crate::kernels::bvh_host::{HostBvh, hittable};
 use crate::kernels::generated::{BvhNode, BvhTriangle};
 use crate::kernels::triangles::{self, Builder, Leaves, Mesh};
@@ -19,13 +19,35 @@ use crate::scene::{InstanceId, Scene};
 /// Fewer triangles than this are sorted by the host before a device has been told what to do.
 const FEWEST: u32 = 4096;
 
-/// Who builds on the device, if the device does: of a world that is new, or that was moved.
-pub(super) fn device_builder(build: TreeBuild, new: bool, triangles: u32) -> Option<Builder> {
+/// Who makes new trees where trees are refitted on the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Maker {
+    Device(Builder),
+    /// The host, by the surface-area heuristic: as fast as clustering on a software device, and better.
+    Host,
+}
+
+/// Who makes the tree of a world that is new, or that was moved, if the device has a part in it.
+pub(super) fn maker(build: TreeBuild, new: bool, triangles: u32, class: DeviceClass) -> Option<Maker> {
     match build {
-        TreeBuild::Lbvh if triangles > 0 => Some(Builder::Lbvh),
-        TreeBuild::Hploc if triangles > 0 => Some(Builder::Hploc),
-        TreeBuild::Auto if !new && triangles >= FEWEST => Some(Builder::Hploc),
+        TreeBuild::Lbvh if triangles > 0 => Some(Maker::Device(Builder::Lbvh)),
+        TreeBuild::Hploc if triangles > 0 => Some(Maker::Device(Builder::Hploc)),
+        TreeBuild::Auto if !new && triangles >= FEWEST => Some(match class {
+            DeviceClass::Cpu => Maker::Host,
+            DeviceClass::Gpu => Maker::Device(Builder::Hploc),
+        }),
         _ => None,
+    }
+}
+
+/// Counts the changes of the tree in buffers that several scenes may share.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TreeUpdates(Arc<AtomicU64>);
+
+impl TreeUpdates {
+    /// The number of an update that begins.
+    pub fn next(&self) -> u64 {
+        self.0.fetch_add(1, Ordering::Relaxed)
     }
 }
 
@@ -40,9 +62,7 @@ pub(super) struct DeviceTree {
     /// Surface-area cost of the tree when it was built.
     built_cost: f32,
     fences: bool,
-    /// Counts the updates of all that share the buffers.
-    updates: Arc<AtomicU64>,
-    /// The last of them whose tree is that of this host.
+    /// The update of [`TreeUpdates`] that brought the tree of this host.
     known: Option<u64>,
 }
 
@@ -62,24 +82,24 @@ impl DeviceTree {
             counts: runtime.persistent("tree_counts", 3)?,
             built_cost: refit::host_cost(&host.tree.bvh.nodes, host.tree.bvh.order.len() as u32),
             fences,
-            updates: Arc::default(),
             known: None,
         })
     }
 
-    /// Refits the tree of `host` where some instances have `moved` and it stays good; builds a new one otherwise.
-    /// Returns the tree. `host` has the world as it is now and the tree as it was.
+    /// Brings the tree up to date, by update number `update` of the buffers: refits the tree of `host` where some instances have `moved` and it stays good; makes a new one otherwise.
+    /// Returns the tree, which is on the device; `None` if the host is to make it. `host` has the world as it is now and
+    /// the tree as it was.
     ///
     /// # Errors
     /// Those of the device.
     pub fn update(
         &mut self,
-        (runtime, builder): (&Runtime, Builder),
+        (runtime, maker, update): (&Runtime, Maker, u64),
         host: &Host,
         moved: Option<&[InstanceId]>,
         target: Target<'_>,
-    ) -> Result<HostBvh> {
-        let is_theirs = self.known != Some(self.updates.load(Ordering::Relaxed));
+    ) -> Result<Option<HostBvh>> {
+        let is_theirs = self.known.is_none_or(|known| known + 1 != update);
         self.send_triangles(runtime, host, moved.filter(|_| !is_theirs))?;
         // A tree holds what could be hit when it was built.
         let same = moved.is_some() && hittable(&host.world.positions, &host.world.triangles) == host.tree.kept;
@@ -91,16 +111,16 @@ impl DeviceTree {
             let (tree, cost) = self.run(runtime, None, target)?;
             refitted = Some(tree).filter(|_| !refit::asks_for_rebuild(self.built_cost, cost));
         }
-        let tree = match refitted {
-            Some(tree) => tree,
-            None => {
+        self.known = Some(update);
+        match (refitted, maker) {
+            (None, Maker::Host) => Ok(None),
+            (None, Maker::Device(builder)) => {
                 let (tree, cost) = self.run(runtime, Some(builder), target)?;
                 self.built_cost = cost;
-                tree
+                Ok(Some(tree))
             }
-        };
-        self.known = Some(self.updates.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(tree)
+            (refitted, _) => Ok(refitted),
+        }
     }
 
     /// The triangles that moved, or all.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::casters::casters;
-use super::device_tree::{DeviceTree, device_builder};
+use super::device_tree::{DeviceTree, TreeUpdates, maker};
 use super::guide::Guide;
 use super::host::Host;
 use super::lights::LightTable;
@@ -81,6 +81,7 @@ pub struct DeviceScene {
     tree_build: TreeBuild,
     /// What the device needs to build and refit the tree, where it does.
     device_tree: Option<DeviceTree>,
+    tree_updates: TreeUpdates,
     /// The materials as they are on the device.
     host_materials: Vec<DeviceMaterial>,
     /// The tables as they are on the device.
@@ -262,6 +263,7 @@ impl DeviceScene {
             host: Arc::new(Host::empty(lights_by_id)),
             tree_build: settings.tree_build,
             device_tree: None,
+            tree_updates: TreeUpdates::default(),
             host_materials: vec![],
             host_lobes: Lobes::default(),
             guided_lights: vec![],
@@ -299,9 +301,9 @@ impl DeviceScene {
         known: &mut Host,
         (all, moved): (bool, &[InstanceId]),
     ) -> Result<bool> {
-        let count = known.world.triangles.len() as u32;
-        let (runtime, builder) = match (memory, device_builder(self.tree_build, all, count)) {
-            (Memory::Device(runtime), Some(builder)) => (runtime, builder),
+        let (count, update) = (known.world.triangles.len() as u32, self.tree_updates.next());
+        let (runtime, maker) = match (memory, maker(self.tree_build, all, count, self.device_class)) {
+            (Memory::Device(runtime), Some(maker)) => (runtime, maker),
             _ => {
                 self.device_tree = None;
                 known.build_tree();
@@ -317,10 +319,16 @@ impl DeviceScene {
             Some(tree) => tree,
             None => DeviceTree::new(runtime, scene, known, self.fences)?,
         };
-        let bvh = tree.update((runtime, builder), known, (!all).then_some(moved), (&self.nodes, &self.triangles))?;
-        self.device_tree = Some(tree);
-        known.adopt(bvh);
-        Ok(true)
+        let made =
+            tree.update((runtime, maker, update), known, (!all).then_some(moved), (&self.nodes, &self.triangles))?;
+        let there = made.is_some();
+        // A tree that the host makes is sent with the next refit.
+        self.device_tree = made.is_some().then_some(tree);
+        match made {
+            Some(bvh) => known.adopt(bvh),
+            None => known.build_tree(),
+        }
+        Ok(there)
     }
 
     /// The inner nodes, unless the device has them, and what is known of all triangles.
