@@ -1,9 +1,8 @@
 //! Turns a binary tree with an item in each leaf into one whose leaves hold up to four, where that is cheaper.
 //!
-//! The surface-area heuristic decides, with the costs of [`super::refit::cost`]: a subtree becomes a leaf if testing all
-//! of its items costs no more than visiting its nodes. Best from the leaves up, as MacDonald and Booth 1990 and Wald
-//! 2007 decide from the root down. Nodes keep their order, gaps are closed, and the items of leaves follow the order of
-//! their nodes. About 250 bytes per item.
+//! The surface-area heuristic decides, with the costs of [`super::refit::cost`]: a subtree becomes a leaf if testing
+//! all of its items costs no more than visiting its nodes. This is decided from the items up. Nodes keep their order,
+//! gaps are closed, and the items of leaves follow the order of their nodes. About 250 bytes per item.
 
 use super::generated::{Aabb, BvhNode, Subtree};
 use super::generated::{CollapseFuse, CollapseFuseBindings, CollapseFuseParams};
@@ -179,7 +178,7 @@ impl Collapse<'_> {
                 }
                 let first = order.len() as u32;
                 self.collect(child, items, &mut order);
-                f32::from_bits(BVH_LEAF | (order.len() as u32 - first - 1) * BVH_COUNT_ONE | first)
+                f32::from_bits(BVH_LEAF | ((order.len() as u32 - first - 1) * BVH_COUNT_ONE) | first)
             });
             [node.min0[3], node.max0[3]] = both;
             nodes.push(node);

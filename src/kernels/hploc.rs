@@ -6,11 +6,12 @@
 //! at most 16 are left. The paper's numbers: groups of 32, 16 kept, a radius of 8.
 //!
 //! Three things differ from the paper. A node is called by an item that its second cluster brought along and that no
-//! cluster has any more, instead of by a counter, so the numbers do not depend on the order of execution. Equal areas are
-//! paired off by place. And clusters may only grow so high: lower by one for each level of the radix tree, so that the
-//! tree fits the traversal stack whatever the input; trees of scenes are far from it.
+//! cluster has any more, instead of by a counter, so the numbers do not depend on the order of execution. Equal areas
+//! are paired off by place. And clusters may only grow so high: lower by one for each level of the radix tree, so that
+//! the tree fits the traversal stack whatever the input; trees of scenes are far from it.
 //!
-//! A workgroup merges, with barriers that all of it reaches, so subgroups may have any size. No group waits for another.
+//! A workgroup merges, with barriers that all of it reaches, so subgroups may have any size. No group waits for
+//! another.
 //! About 160 bytes per box beside the sort.
 
 use super::Items;

@@ -1,8 +1,9 @@
-//! New boxes for a tree whose triangles have moved, and the surface-area cost that tells when it needs another topology.
+//! New boxes for a tree whose triangles have moved, and the surface-area cost that tells when it needs another
+//! topology.
 //!
-//! The tree may come from any builder of binary trees, host or device. Boxes are computed from the leaves up, once each;
-//! about 150 bytes per node and 30 per triangle. The cost is that of Goldsmith and Salmon 1987 ("Automatic creation of
-//! object hierarchies for ray tracing") and MacDonald and Booth 1990 ("Heuristics for ray tracing using space
+//! The tree may come from any builder of binary trees, host or device. Boxes are computed from the leaves up, once
+//! each; about 150 bytes per node and 30 per triangle. The cost is that of Goldsmith and Salmon 1987 ("Automatic
+//! creation of object hierarchies for ray tracing") and MacDonald and Booth 1990 ("Heuristics for ray tracing using space
 //! subdivision"), with [`BVH_NODE_COST`] for a node and one for a triangle.
 //!
 //! A tree that was refitted holds the triangles that it was built over. One that no ray can hit any more stays as a
@@ -73,7 +74,7 @@ pub fn cost(g: &mut Graph, nodes: &Buf<BvhNode>, counts: &Buf<u32>, cost: &mut B
 
 /// Whether a tree that cost `built` and costs `now` is to be built anew. A cost that is no number asks for it, too.
 pub fn asks_for_rebuild(built: f32, now: f32) -> bool {
-    !(now <= GROWTH_LIMIT * built)
+    now.is_nan() || now > GROWTH_LIMIT * built
 }
 
 /// The specification of [`boxes`].

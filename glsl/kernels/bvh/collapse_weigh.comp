@@ -27,8 +27,11 @@ void main() {
     if (i >= params.capacity) return;
     bool is_kept = arrivals[i] >= 2u && inside[i] == 0u;
     if (is_kept) is_kept = subtrees[i].fused == 0u;
-    uint items = 0u;
-    if (is_kept) items = items_in_leaf(floatBitsToUint(nodes[i].min0.w)) + items_in_leaf(floatBitsToUint(nodes[i].max0.w));
+    held[i] = 0u;
+    if (is_kept) {
+        uint child0 = floatBitsToUint(nodes[i].min0.w);
+        uint child1 = floatBitsToUint(nodes[i].max0.w);
+        held[i] = items_in_leaf(child0) + items_in_leaf(child1);
+    }
     kept[i] = uint(is_kept);
-    held[i] = items;
 }

@@ -114,7 +114,8 @@ fn as_json(machine: &Machine, reports: &[TreesReport]) -> Value {
     };
     let scene = |report: &TreesReport| {
         json!({
-            "scene": report.name, "triangles": report.triangles, "trees": report.rows.iter().map(row).collect::<Value>(),
+            "scene": report.name, "triangles": report.triangles,
+            "trees": report.rows.iter().map(row).collect::<Value>(),
             "deformed": report.deformed.iter().map(deformed).collect::<Value>(),
         })
     };

@@ -86,9 +86,9 @@ impl DeviceTree {
         })
     }
 
-    /// Brings the tree up to date, by update number `update` of the buffers: refits the tree of `host` where some instances have `moved` and it stays good; makes a new one otherwise.
-    /// Returns the tree, which is on the device; `None` if the host is to make it. `host` has the world as it is now and
-    /// the tree as it was.
+    /// Brings the tree up to date, by update number `update` of the buffers: refits the tree of `host` where some
+    /// instances have `moved` and it stays good; makes a new one otherwise. Returns the tree, which is on the device;
+    /// `None` if the host is to make it. `host` has the world as it is now and the tree as it was.
     ///
     /// # Errors
     /// Those of the device.
