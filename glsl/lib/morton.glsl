@@ -22,18 +22,32 @@ uint size_class(Aabb box, int scene_exponent) {
     return uint(clamp(scene_exponent - exponent - 2, 0, 7));
 }
 
-// Code of a box's size and centre within the scene's box. Cells are cubes, because boxes of a long cell are long as
-// well, and their edge is a power of two, because then every step but two additions is exact: all devices, and the same
-// scene in other units of length, get the same codes.
-uint morton_code(Aabb box, Aabb scene) {
+// Place of a box's centre within the scene's box, in cells of which 2^`bits` lie along the longest axis. Cells are
+// cubes, because boxes of a long cell are long as well, and their edge is a power of two, because then every step but
+// two additions is exact: all devices, and the same scene in other units of length, get the same codes.
+uint morton_place(Aabb box, Aabb scene, int bits, out int exponent) {
     // Halves and quarters keep sums and differences of large coordinates finite.
     precise vec3 half_size = 0.5 * scene.max - 0.5 * scene.min;
     float longest = max(half_size.x, max(half_size.y, half_size.z));
-    // longest < 2^exponent; below 2^-100 all boxes share a cell, above the factor 2^(9 - exponent) stays a normal
+    // longest < 2^exponent; below 2^-100 all boxes share a cell, above the factor 2^(bits - exponent) stays a normal
     // number.
-    int exponent = max(int(floatBitsToUint(longest) >> 23) - 126, -100);
+    exponent = max(int(floatBitsToUint(longest) >> 23) - 126, -100);
     precise vec3 offset = (0.25 * box.min + 0.25 * box.max) - 0.5 * scene.min;
-    vec3 cell = clamp(offset * uintBitsToFloat(uint(127 + 9 - exponent) << 23), vec3(0.0), vec3(511.0));
-    uint place = morton_spread(uint(cell.x)) | morton_spread(uint(cell.y)) << 1 | morton_spread(uint(cell.z)) << 2;
+    float last = float((1 << bits) - 1);
+    vec3 cell = clamp(offset * uintBitsToFloat(uint(127 + bits - exponent) << 23), vec3(0.0), vec3(last));
+    return morton_spread(uint(cell.x)) | morton_spread(uint(cell.y)) << 1 | morton_spread(uint(cell.z)) << 2;
+}
+
+// Code of a box's size and place.
+uint morton_code(Aabb box, Aabb scene) {
+    int exponent;
+    uint place = morton_place(box, scene, 9, exponent);
     return size_class(box, exponent) << 27 | place;
+}
+
+// Code of a box's place alone, in cells half as long: for triangles, whose sizes change from neighbour to neighbour and
+// not by much.
+uint morton_place_code(Aabb box, Aabb scene) {
+    int exponent;
+    return morton_place(box, scene, 10, exponent);
 }

@@ -27,6 +27,10 @@ const uint BVH_COUNT_SHIFT = 27u;        // Where the count of a leaf reference 
 const uint BVH_COUNT_ONE = 1u << BVH_COUNT_SHIFT; // One more item in a leaf reference.
 const uint BVH_COUNT_MASK = 0x78000000u; // Number of items of a leaf, less one.
 
+// Cost of visiting a node in units of one triangle test. From 0.5 to 4 the rays per second of trees do not differ
+// measurably on a software device; 2 has 40 % fewer nodes than 1.
+const float BVH_NODE_COST = 2.0;
+
 // Deepest path from the root to a leaf, in edges, that a builder may make: the traversal stack has room for it.
 const uint BVH_MAX_DEPTH = 62u;
 

@@ -136,7 +136,12 @@ impl Target<'_> {
     }
 
     fn row(&self, settings: MapSettings, (rays, repeats): (&[Ray], u32)) -> Result<MapsRow> {
-        let surfaces = Surfaces { triangles: &self.triangles, radius: self.radius, bounds: self.bounds };
+        let surfaces = Surfaces {
+            triangles: &self.triangles,
+            count: self.packed.len() as u32,
+            radius: self.radius,
+            bounds: self.bounds,
+        };
         let made = SceneMaps::on_device(self.runtime, surfaces, settings)?;
         let mut g = Graph::new().with_device_class(device_class(self.runtime));
         let (nodes, triangles) = (g.import_read(&self.nodes), g.import_read(&self.triangles));

@@ -14,6 +14,7 @@ mod primitives;
 mod rays;
 mod scene;
 mod splats;
+mod trees;
 mod update;
 
 pub use blobs::blobs;
@@ -23,6 +24,7 @@ pub use photon_map::{
 };
 pub use primitives::primitives;
 pub use scene::{SceneReport, scene};
+pub use trees::{DeformedRow, TreeRow, TreesReport, trees};
 pub use update::{UpdateReport, UpdateRow, update};
 
 use std::time::Instant;

@@ -28,6 +28,7 @@ pub(super) const FLAGS: &[(&str, &str)] = &[
     ("seed", "--seed"),
     ("select", "--device"),
     ("shutter", "--shutter-seconds"),
+    ("tree_build", "--tree"),
     ("validate", "--validate"),
     ("weight", "--kernel"),
     ("width", "--size"),

@@ -8,7 +8,7 @@ pub use crate::render::names::{
     FootprintRule, Size, bound_vertices, choose_camera, footprint, knn_photons, largest_footprint, sampling, size,
     smoothing, tracer,
 };
-use crate::render::{Amplification, Estimator, Method, Named, PhotonBuild, Record, Weight};
+use crate::render::{Amplification, Estimator, Method, Named, PhotonBuild, Record, TreeBuild, Weight};
 
 /// Parses `30s`, `1h30m`, `250ms` or plain seconds; the result is in seconds and greater than 0.
 pub fn duration(text: &str) -> std::result::Result<f64, String> {
@@ -97,7 +97,7 @@ macro_rules! choose_by_name {
     };
 }
 
-choose_by_name!(Amplification, Estimator, Method, PhotonBuild, Record, Weight);
+choose_by_name!(Amplification, Estimator, Method, PhotonBuild, Record, TreeBuild, Weight);
 
 /// Additional layers of the EXR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]

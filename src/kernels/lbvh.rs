@@ -7,6 +7,7 @@
 //!
 //! About 340 bytes per box. The codes are the same bits on every device, in every unit of length.
 
+use super::collapse::Binary;
 use super::compact::dispatch_args;
 use super::generated::{Aabb, BvhNode, LBVH_BOXES_INFO, LBVH_LINKS_INFO, LBVH_PACK_INFO};
 use super::generated::{LbvhBoxes, LbvhBoxesBindings, LbvhBoxesParams};
@@ -14,6 +15,7 @@ use super::generated::{LbvhCodes, LbvhCodesBindings, LbvhCodesParams};
 use super::generated::{LbvhCount, LbvhCountBindings, LbvhCountParams};
 use super::generated::{LbvhLinks, LbvhLinksBindings, LbvhLinksParams};
 use super::generated::{LbvhPack, LbvhPackBindings, LbvhPackParams};
+use super::generated::{LbvhPlaces, LbvhPlacesBindings, LbvhPlacesParams};
 use super::{Items, reduce, scan, sort};
 use crate::constants::{BVH_COUNT_MASK, BVH_COUNT_ONE, BVH_MAX_DEPTH, MORTON_BITS};
 pub use crate::constants::{BVH_LEAF as LEAF, LBVH_END as END};
@@ -60,49 +62,112 @@ pub struct Lbvh {
 /// # Panics
 /// If `leaf_items` is 0, or there is room for more than 2^27 boxes.
 pub fn build(g: &mut Graph, items: Items<'_>, boxes: &Buf<Aabb>, options: Options) -> Lbvh {
-    let capacity = boxes.len();
     assert!(options.leaf_items >= 1, "a leaf holds at least one box");
-    assert!(capacity <= 1 << 27, "{capacity} boxes, at most 2^27 fit a child reference");
     g.scope("lbvh", |g| {
-        let count = items.buffer(g, capacity);
-        let (codes, order) = sorted_codes(g, &count, boxes);
-        let mut counts = g.buffer("lbvh_counts", 3);
-        let mut inner = g.buffer("lbvh_inner", 1);
-        g.dispatch(
-            LbvhCount,
-            Grid::Threads(capacity.max(1)),
-            LbvhCountParams { capacity },
-            LbvhCountBindings { count: &count, codes: &codes, counts: &mut counts, inner: &mut inner },
-        );
-        let mut tree = Lbvh { nodes: g.buffer("lbvh_nodes", inner_capacity(capacity)), items: order, counts };
-        let kept = link(g, boxes, &codes, &inner, options, &mut tree);
+        let (mut tree, linked) = linked(g, items, (boxes, Codes::OfSizes), options);
         if options.leaf_items > 1 {
-            pack(g, &inner, &kept, &mut tree);
+            pack(g, &linked.inner, &linked.kept, &mut tree);
         }
         tree
     })
+}
+
+/// Builds a tree over the valid boxes with one in each leaf, and what leads from there to another tree over them.
+///
+/// # Panics
+/// As [`build`].
+pub fn binary(g: &mut Graph, boxes: &Buf<Aabb>, fences: bool) -> Binary {
+    g.scope("lbvh", |g| {
+        let options = Options { leaf_items: 1, fences };
+        let (tree, Linked { links, scene, .. }) = linked(g, Items::All, (boxes, Codes::OfPlaces), options);
+        Binary { tree, links, scene }
+    })
+}
+
+/// What comes first in the codes of boxes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Codes {
+    /// Their sizes: footprints of photons differ a thousandfold.
+    OfSizes,
+    /// Their places: triangles of one surface are to stay together.
+    OfPlaces,
+}
+
+/// Boxes in the order of their codes.
+pub(super) struct Sorted {
+    /// The box of all.
+    pub scene: Buf<Aabb>,
+    /// Codes in ascending order.
+    pub codes: Buf<u32>,
+    /// Indices of the boxes in this order.
+    pub items: Buf<u32>,
+    /// Three words as in [`Lbvh::counts`], every inner node counted.
+    pub counts: Buf<u32>,
+    /// One word: inner nodes of a binary tree, at least the root.
+    inner: Buf<u32>,
+}
+
+/// Sorts the boxes by their codes, those that are not valid to the end, and counts them.
+pub(super) fn sorted(g: &mut Graph, items: Items<'_>, (boxes, codes): (&Buf<Aabb>, Codes)) -> Sorted {
+    let capacity = boxes.len();
+    assert!(capacity <= 1 << 27, "{capacity} boxes, at most 2^27 fit a child reference");
+    let count = items.buffer(g, capacity);
+    let (scene, codes, order) = sorted_codes(g, &count, (boxes, codes));
+    let (mut counts, mut inner) = (g.buffer("lbvh_counts", 3), g.buffer("lbvh_inner", 1));
+    g.dispatch(
+        LbvhCount,
+        Grid::Threads(capacity.max(1)),
+        LbvhCountParams { capacity },
+        LbvhCountBindings { count: &count, codes: &codes, counts: &mut counts, inner: &mut inner },
+    );
+    Sorted { scene, codes, items: order, counts, inner }
+}
+
+/// What stays of the making of a tree beside the tree.
+struct Linked {
+    links: Buf<u32>,
+    kept: Buf<u32>,
+    inner: Buf<u32>,
+    scene: Buf<Aabb>,
+}
+
+fn linked(g: &mut Graph, items: Items<'_>, (boxes, codes): (&Buf<Aabb>, Codes), options: Options) -> (Lbvh, Linked) {
+    let Sorted { scene, codes, items, counts, inner } = sorted(g, items, (boxes, codes));
+    let mut tree = Lbvh { nodes: g.buffer("lbvh_nodes", inner_capacity(boxes.len())), items, counts };
+    let (kept, links) = link(g, boxes, &codes, &inner, options, &mut tree);
+    (tree, Linked { links, kept, inner, scene })
 }
 
 fn inner_capacity(capacity: u32) -> u32 {
     capacity.max(2) - 1
 }
 
-/// Morton codes in ascending order with the indices of their boxes.
-fn sorted_codes(g: &mut Graph, count: &Buf<u32>, boxes: &Buf<Aabb>) -> (Buf<u32>, Buf<u32>) {
+/// The box of all; Morton codes in ascending order with the indices of their boxes.
+fn sorted_codes(
+    g: &mut Graph,
+    count: &Buf<u32>,
+    (boxes, kind): (&Buf<Aabb>, Codes),
+) -> (Buf<Aabb>, Buf<u32>, Buf<u32>) {
     let capacity = boxes.len();
     let mut scene = g.buffer("lbvh_scene", 1);
     reduce::bounds(g, Items::Counted(count), boxes, &mut scene);
     let (mut codes, mut index) = (g.buffer("lbvh_codes", capacity), g.buffer("lbvh_index", capacity));
-    g.dispatch(
-        LbvhCodes,
-        Grid::Threads(capacity),
-        LbvhCodesParams { capacity },
-        LbvhCodesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index },
-    );
-    sort::pairs(g, Items::Counted(count), codes, index, CODE_BITS)
+    let grid = Grid::Threads(capacity);
+    match kind {
+        Codes::OfSizes => {
+            let bind = LbvhCodesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index };
+            g.dispatch(LbvhCodes, grid, LbvhCodesParams { capacity }, bind);
+        }
+        Codes::OfPlaces => {
+            let bind = LbvhPlacesBindings { count, boxes, scene: &scene, codes: &mut codes, index: &mut index };
+            g.dispatch(LbvhPlaces, grid, LbvhPlacesParams { capacity }, bind);
+        }
+    }
+    let (codes, order) = sort::pairs(g, Items::Counted(count), codes, index, CODE_BITS);
+    (scene, codes, order)
 }
 
-/// Children and boxes of all inner nodes; returns which of them are not inside of a leaf.
+/// Children and boxes of all inner nodes; returns which of them are not inside of a leaf, and the links to parents.
 fn link(
     g: &mut Graph,
     boxes: &Buf<Aabb>,
@@ -110,7 +175,7 @@ fn link(
     inner: &Buf<u32>,
     options: Options,
     tree: &mut Lbvh,
-) -> Buf<u32> {
+) -> (Buf<u32>, Buf<u32>) {
     let capacity = boxes.len();
     let mut links = g.buffer("lbvh_links", capacity + inner_capacity(capacity));
     let mut arrivals = g.buffer("lbvh_arrivals", inner_capacity(capacity));
@@ -145,7 +210,7 @@ fn link(
             nodes: &mut tree.nodes,
         },
     );
-    kept
+    (kept, links)
 }
 
 /// Replaces the nodes by those that are kept, without gaps.

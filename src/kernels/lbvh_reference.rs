@@ -22,25 +22,42 @@ pub fn morton(b: &Aabb, scene: &Aabb) -> u32 {
     if !is_valid(b) {
         return MORTON_NONE;
     }
-    let longest = (0..3).map(|k| 0.5 * scene.max[k] - 0.5 * scene.min[k]).fold(0f32, f32::max);
-    let exponent = ((longest.to_bits() >> 23) as i32 - 126).max(-100);
-    let cells = f32::from_bits(((127 + 9 - exponent) as u32) << 23);
-    let axis = |k: usize| {
-        let offset = (0.25 * b.min[k] + 0.25 * b.max[k]) - 0.5 * scene.min[k];
-        (offset * cells).clamp(0.0, 511.0) as u32
-    };
-    let (x, y, z) = (axis(0), axis(1), axis(2));
+    let (place, exponent) = morton_place(b, scene, 9);
     let half_size = (0..3).map(|k| 0.5 * b.max[k] - 0.5 * b.min[k]).fold(0f32, f32::max);
     let class = (exponent - ((half_size.to_bits() >> 23) as i32 - 126) - 2).clamp(0, 7) as u32;
-    (0..9).fold(class << 27, |code, bit| {
+    class << 27 | place
+}
+
+/// The 30-bit Morton code of a box's centre alone, in cells half as long.
+pub fn morton_of_place(b: &Aabb, scene: &Aabb) -> u32 {
+    if is_valid(b) { morton_place(b, scene, 10).0 } else { MORTON_NONE }
+}
+
+/// Morton code of so many bits along each axis, and the exponent of the scene's size.
+fn morton_place(b: &Aabb, scene: &Aabb, bits: i32) -> (u32, i32) {
+    let longest = (0..3).map(|k| 0.5 * scene.max[k] - 0.5 * scene.min[k]).fold(0f32, f32::max);
+    let exponent = ((longest.to_bits() >> 23) as i32 - 126).max(-100);
+    let cells = f32::from_bits(((127 + bits - exponent) as u32) << 23);
+    let axis = |k: usize| {
+        let offset = (0.25 * b.min[k] + 0.25 * b.max[k]) - 0.5 * scene.min[k];
+        (offset * cells).clamp(0.0, ((1 << bits) - 1) as f32) as u32
+    };
+    let (x, y, z) = (axis(0), axis(1), axis(2));
+    let code = (0..bits).fold(0, |code, bit| {
         code | (x >> bit & 1) << (3 * bit) | (y >> bit & 1) << (3 * bit + 1) | (z >> bit & 1) << (3 * bit + 2)
-    })
+    });
+    (code, exponent)
 }
 
 /// The tree over the valid boxes with leaves of at most `leaf_items`.
 pub fn build(boxes: &[Aabb], leaf_items: u32) -> Tree {
+    build_by(morton, boxes, leaf_items)
+}
+
+/// The same in the order of other codes of a box in a scene.
+pub fn build_by(code: fn(&Aabb, &Aabb) -> u32, boxes: &[Aabb], leaf_items: u32) -> Tree {
     let scene = reference_bounds(boxes);
-    let mut order: Vec<(u32, u32)> = boxes.iter().zip(0..).map(|(b, i)| (morton(b, &scene), i)).collect();
+    let mut order: Vec<(u32, u32)> = boxes.iter().zip(0..).map(|(b, i)| (code(b, &scene), i)).collect();
     order.sort_unstable();
     let valid = order.iter().filter(|(code, _)| *code != MORTON_NONE).count();
     let mut builder =

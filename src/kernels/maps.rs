@@ -77,12 +77,12 @@ pub struct Maps<'a> {
     pub texels: &'a Buf<MapTexel>,
 }
 
-/// Draws the maps of all centres over `triangles` in leaf order; `radius` is that of the scene.
+/// Draws the maps of all centres over the first `count` triangles, in leaf order; `radius` is that of the scene.
 ///
 /// Needs a device that rasterises.
 pub fn draw(
     g: &mut Graph,
-    triangles: &Buf<BvhTriangle>,
+    (triangles, count): (&Buf<BvhTriangle>, u32),
     (shape, radius): (Shape, f32),
     centres: &Buf<[f32; 4]>,
     texels: &mut Buf<MapTexel>,
@@ -96,10 +96,10 @@ pub fn draw(
             let map = layer * shape.centres + centre;
             let before = if layer > 0 { &*texels } else { &*nothing };
             let mut drawn = g.buffer("map_drawn", strip);
-            let count = Instances::Direct { vertices: 3 * triangles.len(), instances: MAP_FACES };
+            let instances = Instances::Direct { vertices: 3 * count, instances: MAP_FACES };
             let kernel = MapsDrawVert;
             let params = MapsDrawVertParams { centre, near };
-            let draw = Draw::new(kernel, count, params, MapsDrawVertBindings { triangles, centres });
+            let draw = Draw::new(kernel, instances, params, MapsDrawVertBindings { triangles, centres });
             let former = strip * map.saturating_sub(shape.centres);
             let fragment = MapsDrawFrag { map_resolution: resolution, peel: layer > 0 };
             let params = MapsDrawFragParams { centre, near, before: former };

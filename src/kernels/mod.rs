@@ -1,6 +1,7 @@
 //! One file per algorithm: graph functions over the generated kernels, with their CPU references and tests.
 
 pub mod bvh_host;
+pub mod collapse;
 pub mod compact;
 pub mod deposits;
 pub mod differentials;
@@ -10,6 +11,8 @@ pub mod film;
 pub mod gather;
 #[allow(clippy::all)]
 pub mod generated;
+pub mod hploc;
+pub mod hploc_reference;
 pub mod lbvh;
 pub mod lbvh_reference;
 pub mod light;
@@ -20,11 +23,13 @@ pub mod path;
 pub mod photon;
 pub mod records;
 pub mod reduce;
+pub mod refit;
 pub mod scan;
 pub mod scene_data;
 pub mod segmented_scan;
 pub mod sort;
 pub mod trace;
+pub mod triangles;
 pub mod vvh;
 
 use crate::graph::{Buf, DeviceClass, Graph, Grid, ReadBuf};

@@ -17,6 +17,6 @@ pub use session::outline::{KernelUse, Outline, Saving, Savings, savings};
 pub use session::{CLASSES, Choice, Session, Statistics, Updated};
 pub use settings::{
     Estimator, Lens, MapSettings, Method, Named, PhotonBuild, Record, Sampling, Scale, Settings, Shutter, Tracer,
-    by_name,
+    TreeBuild, by_name,
 };
 pub use settings::{names, ranges};

@@ -119,6 +119,7 @@ fn help_and_version_exit_with_0() {
         "devices --help",
         "bench --help",
         "bench estimators --help",
+        "bench trees --help",
         "bench update --help",
     ] {
         let output = nephroid(line, folder.path());

@@ -201,6 +201,23 @@ fn bench_tells_what_changes_cost() {
 }
 
 #[test]
+fn bench_compares_the_builders_of_trees() {
+    let _turn = turn();
+    let folder = folder();
+    let report = json("bench trees --quick --deform --json --device % @cornell-glass.glb", folder.path());
+    let scene = &report["scenes"][0];
+    let trees = scene["trees"].as_array().expect("a list");
+    let names: Vec<_> = trees.iter().map(|tree| tree["builder"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["sah", "lbvh", "hploc"]);
+    assert!(trees.iter().all(|tree| tree["refit_seconds"].as_f64() > Some(0.0)), "{trees:?}");
+    let cost = |index: usize| trees[index]["relative_cost"].as_f64().expect("a number");
+    assert!(cost(0) == 1.0 && cost(1) > 0.9 && cost(2) > 0.7 && cost(2) < cost(1), "{trees:?}");
+    let deformed = scene["deformed"].as_array().expect("a list");
+    let growth: Vec<_> = deformed.iter().map(|row| row["growth"].as_f64().expect("a number")).collect();
+    assert!((growth[0] - 1.0).abs() < 1e-3 && growth[5] > 1.01, "{growth:?}");
+}
+
+#[test]
 fn bench_compares_the_estimators() {
     let _turn = turn();
     let folder = folder();

@@ -5,6 +5,7 @@ mod support;
 
 mod boundaries;
 mod bounds;
+mod device_trees;
 mod energy;
 mod film;
 mod gather;
@@ -16,6 +17,7 @@ mod maps;
 mod packing;
 mod primitives;
 mod proofs;
+mod refit;
 mod trace;
 mod vvh;
 mod walk;

@@ -65,7 +65,7 @@ impl Room {
         let triangles = g.upload("triangles", &self.packed);
         let places = g.upload("centres", &places(centres));
         let mut texels = g.buffer("texels", shape.texels());
-        maps::draw(&mut g, &triangles, (shape, self.radius), &places, &mut texels);
+        maps::draw(&mut g, (&triangles, self.packed.len() as u32), (shape, self.radius), &places, &mut texels);
         let seen = (shape.layers == 1).then(|| {
             let (areas, masks) = maps::seen(&mut g, &triangles, Maps { shape, centres: &places, texels: &texels });
             (g.readback(&areas), g.readback(&masks))

@@ -11,7 +11,7 @@ use crate::support::device::runtime;
 use crate::support::proof;
 use crate::support::random::Random;
 
-type V3 = [f32; 3];
+pub type V3 = [f32; 3];
 
 fn add_scaled(a: V3, b: V3, s: f32) -> V3 {
     std::array::from_fn(|i| a[i] + s * b[i])
@@ -22,13 +22,13 @@ fn sub(a: V3, b: V3) -> V3 {
 }
 
 #[derive(Default, Clone)]
-struct Mesh {
-    positions: Vec<V3>,
-    triangles: Vec<[u32; 3]>,
+pub struct Mesh {
+    pub positions: Vec<V3>,
+    pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    fn push(&mut self, corners: [V3; 3]) {
+    pub fn push(&mut self, corners: [V3; 3]) {
         let base = self.positions.len() as u32;
         self.positions.extend(corners);
         self.triangles.push([base, base + 1, base + 2]);
@@ -126,7 +126,7 @@ fn assert_same(found: &[RayHit], expected: &[RayHit], what: &str, ulps: u32) {
     }
 }
 
-fn soup(count: u32, size: f32, seed: u64) -> Mesh {
+pub fn soup(count: u32, size: f32, seed: u64) -> Mesh {
     let mut random = Random(seed);
     let mut mesh = Mesh::default();
     for _ in 0..count {
@@ -137,7 +137,7 @@ fn soup(count: u32, size: f32, seed: u64) -> Mesh {
 }
 
 /// Rays from inside and outside, in general and in axis-parallel directions, with and without an end.
-fn assorted_rays(count: u32, seed: u64) -> Vec<Ray> {
+pub fn assorted_rays(count: u32, seed: u64) -> Vec<Ray> {
     let mut random = Random(seed);
     let ray = |index| {
         let origin = random.point().map(|x| x * if index % 2 == 0 { 1.0 } else { 3.0 });

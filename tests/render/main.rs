@@ -16,5 +16,6 @@ mod photon_build;
 mod sampling;
 mod sides;
 mod transport;
+mod trees;
 mod update;
 mod ztest;

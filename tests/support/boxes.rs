@@ -9,13 +9,23 @@ use super::random::Random;
 
 /// Checks a tree by what it has to be. Returns its depth in inner nodes.
 pub fn check(tree: &Tree, boxes: &[Aabb], leaf_items: u32) -> Result<u32, String> {
+    checked(tree, boxes, leaf_items, true)
+}
+
+/// The same of a tree whose leaves need not come in the order of their items.
+pub fn check_in_any_order(tree: &Tree, boxes: &[Aabb], leaf_items: u32) -> Result<u32, String> {
+    checked(tree, boxes, leaf_items, false)
+}
+
+fn checked(tree: &Tree, boxes: &[Aabb], leaf_items: u32, ordered: bool) -> Result<u32, String> {
     let valid: Vec<u32> = (0..boxes.len() as u32).filter(|&i| reduce::is_valid(&boxes[i as usize])).collect();
     let mut seen: Vec<u32> = tree.items.iter().map(|item| item & !END).collect();
     seen.sort_unstable();
     if seen != valid || tree.degenerate as usize != boxes.len() - valid.len() {
         return Err("not every valid box once".into());
     }
-    let mut walk = Walk { tree, boxes, leaf_items, visited: vec![false; tree.nodes.len()], items_seen: 0, deepest: 0 };
+    let (visited, held) = (vec![false; tree.nodes.len()], vec![false; tree.items.len()]);
+    let mut walk = Walk { tree, boxes, leaf_items, ordered, visited, held, items_seen: 0, deepest: 0 };
     walk.node(0, 1)?;
     if walk.visited.contains(&false) {
         return Err("a node that nobody refers to".into());
@@ -30,8 +40,12 @@ struct Walk<'a> {
     tree: &'a Tree,
     boxes: &'a [Aabb],
     leaf_items: u32,
+    /// Whether leaves come in the order of their items.
+    ordered: bool,
     visited: Vec<bool>,
-    /// Leaves come in the order of their items, so this is also where the next one starts.
+    /// Items that are in leaves.
+    held: Vec<bool>,
+    /// Where leaves come in order, this is also where the next one starts.
     items_seen: u32,
     deepest: u32,
 }
@@ -67,10 +81,10 @@ impl Walk<'_> {
 
     fn leaf(&mut self, reference: u32) -> Result<Aabb, String> {
         let first = reference & 0x07ff_ffff;
-        if first != self.items_seen {
+        if self.ordered && first != self.items_seen {
             return Err(format!("a leaf starts at {first}, the one before ended at {}", self.items_seen));
         }
-        let rest = &self.tree.items[first as usize..];
+        let rest = self.tree.items.get(first as usize..).ok_or(format!("a leaf at {first}"))?;
         let counted = (reference >> 27 & 15) as usize + 1;
         let flagged = || rest.iter().position(|item| item & END != 0).map_or(0, |last| last + 1);
         let count = if self.leaf_items > COUNTED_LEAF { flagged() } else { counted };
@@ -78,6 +92,11 @@ impl Walk<'_> {
             return Err(format!("a leaf of {count} items"));
         }
         self.items_seen += count as u32;
+        for held in &mut self.held[first as usize..first as usize + count] {
+            if std::mem::replace(held, true) {
+                return Err(format!("an item of the leaf at {first} is in another leaf"));
+            }
+        }
         let held: Vec<_> = rest[..count].iter().map(|item| self.boxes[(item & !END) as usize]).collect();
         Ok(reduce::reference_bounds(&held))
     }

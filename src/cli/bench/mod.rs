@@ -5,6 +5,7 @@ mod estimators;
 mod machine;
 mod maps;
 mod photon_map;
+mod trees;
 mod update;
 
 use std::path::PathBuf;
@@ -16,6 +17,7 @@ use self::estimators::EstimatorsArgs;
 use self::machine::Machine;
 use self::maps::MapsArgs;
 use self::photon_map::PhotonMapArgs;
+use self::trees::TreesArgs;
 use self::update::UpdateArgs;
 use super::console::{print, spinner};
 use super::device::DeviceArgs;
@@ -32,6 +34,7 @@ Examples:
   nephroid bench --json > rates.json
   nephroid bench photon-map ring.gltf pool.gltf
   nephroid bench estimators kitchen.glb
+  nephroid bench trees chess.glb
   nephroid bench update chess.glb
   nephroid bench maps room.glb
 
@@ -73,6 +76,8 @@ pub enum Table {
     Maps(MapsArgs),
     /// Compare builders and leaf sizes of the photon map, and count its photons
     PhotonMap(PhotonMapArgs),
+    /// Compare the builders of trees over triangles: build time, cost, rays; and a refitted tree with a new one
+    Trees(TreesArgs),
     /// Measure what changes of a scene cost in a running session
     Update(UpdateArgs),
 }
@@ -86,6 +91,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         Some(Table::PhotonMap(args)) => photon_map::run(args),
         Some(Table::Estimators(args)) => estimators::run(args),
         Some(Table::Maps(args)) => maps::run(args),
+        Some(Table::Trees(args)) => trees::run(args),
         Some(Table::Update(args)) => update::run(args),
         None => rates(args),
     }

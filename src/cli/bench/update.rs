@@ -11,7 +11,7 @@ use crate::cli::device::DeviceArgs;
 use crate::cli::inputs::check_readable;
 use crate::cli::values::{self, Size};
 use crate::error::Result;
-use crate::render::{Method, Settings, Steps};
+use crate::render::{Method, Settings, Steps, TreeBuild};
 use crate::scene::{self, Limits};
 
 const HELP: &str = "\
@@ -35,6 +35,10 @@ pub struct UpdateArgs {
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "15")]
     pub repeats: u64,
 
+    /// Who builds the tree over the triangles
+    #[arg(long, value_name = "BUILDER", value_enum, default_value_t)]
+    pub tree: TreeBuild,
+
     /// Print JSON instead of tables
     #[arg(long)]
     pub json: bool,
@@ -55,7 +59,8 @@ pub fn run(args: &UpdateArgs) -> Result<()> {
     if scenes.is_empty() {
         scenes.push(blobs(128, 256));
     }
-    let settings = Settings { width: args.size.width, height: args.size.height, ..Settings::of(Method::Photons) };
+    let (width, height, tree_build) = (args.size.width, args.size.height, args.tree);
+    let settings = Settings { width, height, tree_build, ..Settings::of(Method::Photons) };
     let repeats = args.repeats.min(u64::from(u32::MAX)) as u32;
     let open = || Ok(args.device.open()?.device().clone());
     let spinner = spinner();

@@ -142,6 +142,7 @@ pub(in crate::cli) fn settings(request: &Request, scene: &Scene) -> Result<Setti
         tracer: request.light.tracer,
         estimator: request.light.estimator,
         photon_build: request.light.photon_build,
+        tree_build: request.light.tree,
         knn_photons: request.light.knn_photons,
         sampling: request.light.sampling,
         weight: request.light.weight,

@@ -12,7 +12,9 @@ use crate::cli::moment::MomentArgs;
 use crate::cli::reading::ReadingArgs;
 use crate::cli::values::{self, Aov, Bsdf, Size};
 use crate::picture::tonemap::Curve;
-use crate::render::{Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Tracer, Weight};
+use crate::render::{
+    Amplification, Estimator, Method, PhotonBuild, Record, Sampling, Settings, Tracer, TreeBuild, Weight,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -172,6 +174,10 @@ pub struct LightArgs {
     /// Who builds the photon map of the estimator `bvh`; the picture is the same up to rounding
     #[arg(long, value_name = "BUILDER", value_enum, default_value_t, hide_short_help = true)]
     pub photon_build: PhotonBuild,
+
+    /// Who builds the tree over the triangles; all but `sah` give the same picture
+    #[arg(long, value_name = "BUILDER", value_enum, default_value_t, hide_short_help = true)]
+    pub tree: TreeBuild,
 
     /// Photons of each class (caustic, other) that `--estimator knn` seeks, 1 to 512: more is smoother
     #[arg(long, value_name = "K", default_value_t = 64, value_parser = values::knn_photons, hide_short_help = true)]

@@ -373,7 +373,8 @@ mod tests {
         let parts = parts.into_iter().map(scaled).collect();
         let scene = Scene { environment, ..Scene::from_parts(parts, vec![sun], camera) };
         let mut host = Host::default();
-        host.update_geometry(&scene);
+        host.update_world(&scene);
+        host.build_tree();
         host.update_materials(&scene);
         host.update_sky(&scene);
         let table = LightTable::of(&scene, &host);

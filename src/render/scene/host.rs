@@ -17,6 +17,9 @@ pub struct Host {
     /// For each instance whether any of its triangles has shading normals of its own.
     smooth: Vec<bool>,
     pub tree: Tree,
+    /// Triangles that shine are listed in the order of the scene instead of that of the leaves, so that no number
+    /// depends on the tree.
+    pub lights_by_id: bool,
     /// Emission of each material, averaged over its texture.
     pub emission: Vec<[f32; 3]>,
     /// The environment, if it gives light.
@@ -26,15 +29,29 @@ pub struct Host {
 }
 
 impl Host {
-    /// Flattens the scene, and builds what follows from its triangles.
-    pub fn update_geometry(&mut self, scene: &Scene) {
-        self.world = World::of(scene);
-        self.smooth = self.world.parts.iter().map(|part| is_smooth(&self.world, part)).collect();
-        self.tree = Tree::over(&self.world);
+    /// Nothing yet.
+    pub fn empty(lights_by_id: bool) -> Self {
+        Self { lights_by_id, ..Self::default() }
     }
 
-    /// The same where only these instances are elsewhere or have other vertices. False if that has changed the numbers
-    /// of triangles or vertices: then everything has to be done.
+    /// Flattens the scene; the tree is that of the former world.
+    pub fn update_world(&mut self, scene: &Scene) {
+        self.world = World::of(scene);
+        self.smooth = self.world.parts.iter().map(|part| is_smooth(&self.world, part)).collect();
+    }
+
+    /// Builds the tree over the world.
+    pub fn build_tree(&mut self) {
+        self.adopt(build_sah(&self.world.positions, &self.world.triangles));
+    }
+
+    /// Takes a tree over the world, and works out what follows from its triangles.
+    pub fn adopt(&mut self, bvh: HostBvh) {
+        self.tree = Tree::of(bvh, &self.world);
+    }
+
+    /// Flattens anew where only these instances are elsewhere or have other vertices. False if that has changed the
+    /// numbers of triangles or vertices: then everything has to be done.
     pub fn move_instances(&mut self, scene: &Scene, moved: &[InstanceId]) -> bool {
         if !moved.iter().all(|&id| self.world.replace(scene, id)) {
             return false;
@@ -42,7 +59,6 @@ impl Host {
         for id in moved {
             self.smooth[id.index()] = is_smooth(&self.world, &self.world.parts[id.index()]);
         }
-        self.tree = Tree::over(&self.world);
         true
     }
 
@@ -66,11 +82,14 @@ impl Host {
 
     /// The triangles of the tree as the kernels read them, in leaf order.
     pub fn packed_triangles(&self, scene: &Scene) -> Vec<BvhTriangle> {
-        let World { positions, triangles, material, .. } = &self.world;
-        pack_triangles(positions, triangles, &self.tree.bvh.order, |id| {
-            let material = material[id as usize];
-            TriangleTag { flags: triangle_flags(&scene.materials[material as usize]), material }
-        })
+        let World { positions, triangles, .. } = &self.world;
+        pack_triangles(positions, triangles, &self.tree.bvh.order, |id| self.tag(scene, id))
+    }
+
+    /// What rides with a triangle.
+    pub fn tag(&self, scene: &Scene, triangle: u32) -> TriangleTag {
+        let material = self.world.material[triangle as usize];
+        TriangleTag { flags: triangle_flags(&scene.materials[material as usize]), material }
     }
 }
 
@@ -101,8 +120,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    fn over(world: &World) -> Self {
-        let bvh = build_sah(&world.positions, &world.triangles);
+    fn of(bvh: HostBvh, world: &World) -> Self {
         let mut kept = vec![false; world.triangles.len()];
         bvh.order.iter().for_each(|&id| kept[id as usize] = true);
         let inside = (0..).zip(&kept).filter(|(_, kept)| **kept);

@@ -5,7 +5,7 @@
 //! chosen once in 1e8 samples.
 //!
 //! Triangles that shine follow the punctual lights in the order of the tree's leaves, which choices of lights depend
-//! on.
+//! on, or in the order of the scene ([`Host::lights_by_id`]).
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -73,7 +73,11 @@ impl LightTable {
     }
 
     fn add_triangles(&mut self, powers: &mut Vec<f64>, scene: &Scene, host: &Host) {
-        for (at, &id) in host.tree.bvh.order.iter().enumerate() {
+        let mut places: Vec<(usize, u32)> = host.tree.bvh.order.iter().copied().enumerate().collect();
+        if host.lights_by_id {
+            places.sort_unstable_by_key(|(_, id)| *id);
+        }
+        for (at, id) in places {
             let material = host.world.material[id as usize] as usize;
             let emission = host.emission[material];
             if luminance(emission) > 0.0 && !scene.materials[material].unlit {

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::memory::Memory;
+use super::upload::DeviceScene;
 use crate::constants::MAP_CANDIDATES;
 use crate::error::Result;
 use crate::graph::{Graph, Persistent, Runtime};
 use crate::kernels::generated::{BvhTriangle, MapTexel};
 use crate::kernels::maps::{self, Choice, Maps, Seen, Shape};
-use crate::render::settings::MapSettings;
+use crate::kernels::trace::scene_bounds;
+use crate::render::settings::{MapSettings, Settings, Tracer};
 
 /// The maps of a scene on the device.
 #[derive(Debug, Clone)]
@@ -52,11 +54,35 @@ pub fn candidates([low, high]: [[f32; 3]; 2], count: u32) -> Vec<[f32; 3]> {
     (0..count.min(MAP_CANDIDATES)).map(|index| std::array::from_fn(|axis| at(index, axis))).collect()
 }
 
+impl DeviceScene {
+    /// Takes the maps that the settings want photons to be traced in, if there are none or they are stale.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub(in crate::render) fn take_maps(&mut self, memory: Memory<'_>, settings: &Settings, stale: bool) -> Result<()> {
+        let Tracer::Maps(wanted) = settings.tracer else {
+            self.maps = None;
+            return Ok(());
+        };
+        if !stale && self.maps.as_ref().is_some_and(|maps| maps.settings == wanted) {
+            return Ok(());
+        }
+        let bounds = scene_bounds(&self.host.tree.bvh.nodes);
+        let (triangles, count, radius) = (&self.triangles, self.triangle_count, self.radius);
+        let surfaces = Surfaces { triangles, count, radius, bounds: [bounds.min, bounds.max] };
+        self.maps = Some(SceneMaps::new(memory, surfaces, wanted)?);
+        self.generation += 1;
+        Ok(())
+    }
+}
+
 /// What the maps are drawn from.
 #[derive(Clone, Copy)]
 pub struct Surfaces<'a> {
-    /// Triangles on the device.
+    /// Triangles on the device, in leaf order.
     pub triangles: &'a Persistent<BvhTriangle>,
+    /// How many of them there are; the buffer may be longer.
+    pub count: u32,
     /// Radius of the scene's sphere.
     pub radius: f32,
     /// The box that candidates lie in.
@@ -101,7 +127,13 @@ impl SceneMaps {
         let mut g = Graph::new().with_device_class(runtime.device().info().kind.into());
         let triangles = g.import_read(surfaces.triangles);
         let (centres, mut texels) = (g.import_read(&self.centres), g.import(&self.texels));
-        maps::draw(&mut g, &triangles, (self.settings.shape(), surfaces.radius), &centres, &mut texels);
+        maps::draw(
+            &mut g,
+            (&triangles, surfaces.count),
+            (self.settings.shape(), surfaces.radius),
+            &centres,
+            &mut texels,
+        );
         g.keep(&texels);
         runtime.prepare(&g.plan().expect("a valid plan"))?.run()
     }
@@ -135,7 +167,7 @@ fn looked(
     let triangles = g.import_read(surfaces.triangles);
     let places: Vec<[f32; 4]> = places.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
     let (centres, mut texels) = (g.upload("candidates", &places), g.buffer("candidate_texels", shape.texels()));
-    maps::draw(&mut g, &triangles, (shape, surfaces.radius), &centres, &mut texels);
+    maps::draw(&mut g, (&triangles, surfaces.count), (shape, surfaces.radius), &centres, &mut texels);
     let (areas, seen_by) = maps::seen(&mut g, &triangles, Maps { shape, centres: &centres, texels: &texels });
     let (areas, seen_by) = (g.readback(&areas), g.readback(&seen_by));
     let mut executable = runtime.prepare(&g.plan().expect("a valid plan"))?;

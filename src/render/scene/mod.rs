@@ -2,6 +2,7 @@
 
 pub mod camera;
 mod casters;
+mod device_tree;
 mod guide;
 pub mod host;
 mod lights;

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::casters::casters;
+use super::device_tree::{DeviceTree, TreeUpdates, maker};
 use super::guide::Guide;
 use super::host::Host;
 use super::lights::LightTable;
 use super::lobes::Lobes;
-use super::maps::{SceneMaps, Surfaces};
+use super::maps::SceneMaps;
 use super::memory::Memory;
 use super::shading::{Textures, vertex_data};
 use super::variant::variant;
@@ -18,8 +19,7 @@ use crate::kernels::generated::{
     BvhNode, BvhTriangle, Caster, Globals, Light, Material as DeviceMaterial, Pass, TextureUse,
 };
 use crate::kernels::scene_data::{SceneBuffers, Variant};
-use crate::kernels::trace::scene_bounds;
-use crate::render::settings::{Settings, Tracer};
+use crate::render::settings::{Settings, TreeBuild};
 use crate::scene::needs::is_specular;
 use crate::scene::{InstanceId, Scene};
 
@@ -65,7 +65,7 @@ impl Stale {
 #[derive(Clone)]
 pub struct DeviceScene {
     nodes: Persistent<BvhNode>,
-    triangles: Persistent<BvhTriangle>,
+    pub(super) triangles: Persistent<BvhTriangle>,
     shading_data: Persistent<[f32; 4]>,
     materials: Persistent<DeviceMaterial>,
     texture_uses: Persistent<TextureUse>,
@@ -80,7 +80,11 @@ pub struct DeviceScene {
     /// Maps that photons are traced in.
     pub maps: Option<SceneMaps>,
     /// What the host knows of it.
-    host: Arc<Host>,
+    pub(super) host: Arc<Host>,
+    tree_build: TreeBuild,
+    /// What the device needs to build and refit the tree, where it does.
+    device_tree: Option<DeviceTree>,
+    tree_updates: TreeUpdates,
     /// The materials as they are on the device.
     host_materials: Vec<DeviceMaterial>,
     /// The tables as they are on the device.
@@ -138,13 +142,13 @@ impl DeviceScene {
     /// [`Error::OutOfMemory`] for what does not fit the device, [`Error::Scene`] for a scene that is too large or too
     /// small to compute with.
     pub fn new(runtime: &Runtime, scene: &Scene, settings: &Settings) -> Result<Self> {
-        Self::in_memory(Memory::Device(runtime), scene, settings.camera, settings.full_program)
+        Self::in_memory(Memory::Device(runtime), scene, settings)
     }
 
-    /// The same in any memory. `full` keeps every feature in the kernels.
-    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, camera: usize, full: bool) -> Result<Self> {
-        let mut device = Self::empty(memory, full);
-        device.update(memory, scene, camera, &Stale::all())?;
+    /// The same in any memory.
+    pub(in crate::render) fn in_memory(memory: Memory<'_>, scene: &Scene, settings: &Settings) -> Result<Self> {
+        let mut device = Self::empty(memory, settings);
+        device.update(memory, scene, settings.camera, &Stale::all())?;
         Ok(device)
     }
 
@@ -167,8 +171,9 @@ impl DeviceScene {
         let tree = stale.geometry || !stale.moved.is_empty();
         let all = stale.geometry || (tree && !known.move_instances(scene, &stale.moved));
         if all {
-            known.update_geometry(scene);
+            known.update_world(scene);
         }
+        let packed = tree && self.update_tree(memory, scene, known, (all, &stale.moved))?;
         check_radius(scene, known.tree.radius)?;
         if stale.materials {
             known.update_materials(scene);
@@ -181,9 +186,9 @@ impl DeviceScene {
         let former = std::mem::replace(&mut self.variant, variant(scene, &self.host, &table, self.full));
         let layout = !former.same_layout(&self.variant);
         if tree {
-            self.upload_tree(memory)?;
+            self.upload_tree(memory, packed)?;
         }
-        if tree || stale.masks {
+        if stale.masks || (tree && !packed) {
             self.upload_triangles(memory, scene)?;
         }
         if all || layout {
@@ -241,27 +246,9 @@ impl DeviceScene {
         }
     }
 
-    /// Takes the maps that the settings want photons to be traced in, if there are none or they are stale.
-    ///
-    /// # Errors
-    /// Those of the device.
-    pub(in crate::render) fn take_maps(&mut self, memory: Memory<'_>, settings: &Settings, stale: bool) -> Result<()> {
-        let Tracer::Maps(wanted) = settings.tracer else {
-            self.maps = None;
-            return Ok(());
-        };
-        if !stale && self.maps.as_ref().is_some_and(|maps| maps.settings == wanted) {
-            return Ok(());
-        }
-        let bounds = scene_bounds(&self.host.tree.bvh.nodes);
-        let surfaces = Surfaces { triangles: &self.triangles, radius: self.radius, bounds: [bounds.min, bounds.max] };
-        self.maps = Some(SceneMaps::new(memory, surfaces, wanted)?);
-        self.generation += 1;
-        Ok(())
-    }
-
     /// A scene of nothing, to be filled.
-    fn empty(memory: Memory<'_>, full: bool) -> Self {
+    fn empty(memory: Memory<'_>, settings: &Settings) -> Self {
+        let lights_by_id = settings.tree_build != TreeBuild::Sah;
         Self {
             nodes: Persistent::detached("nodes", 0),
             triangles: Persistent::detached("triangles", 0),
@@ -277,12 +264,15 @@ impl DeviceScene {
             guide: Persistent::detached("guide", 0),
             lobes: Persistent::detached("lobes", 0),
             maps: None,
-            host: Arc::default(),
+            host: Arc::new(Host::empty(lights_by_id)),
+            tree_build: settings.tree_build,
+            device_tree: None,
+            tree_updates: TreeUpdates::default(),
             host_materials: vec![],
             host_lobes: Lobes::default(),
             guided_lights: vec![],
             numbers: Globals::default(),
-            full,
+            full: settings.full_program,
             generation: 0,
             variant: Variant::default(),
             light_count: 0,
@@ -305,10 +295,52 @@ impl DeviceScene {
         }
     }
 
-    /// The inner nodes, and what is known of all triangles.
-    fn upload_tree(&mut self, memory: Memory<'_>) -> Result<()> {
+    /// Builds a tree over the world, or refits the one that there is, on the device or on the host as the settings
+    /// want it; `moved` are the instances that are elsewhere, unless `all` of the world is another. True if nodes and
+    /// triangles are on the device already.
+    fn update_tree(
+        &mut self,
+        memory: Memory<'_>,
+        scene: &Scene,
+        known: &mut Host,
+        (all, moved): (bool, &[InstanceId]),
+    ) -> Result<bool> {
+        let (count, update) = (known.world.triangles.len() as u32, self.tree_updates.next());
+        let (runtime, maker) = match (memory, maker(self.tree_build, all, count, self.device_class)) {
+            (Memory::Device(runtime), Some(maker)) => (runtime, maker),
+            _ => {
+                self.device_tree = None;
+                known.build_tree();
+                return Ok(false);
+            }
+        };
+        check_size(memory, scene, "tree nodes", u64::from(count) * size_of::<BvhNode>() as u64)?;
+        check_size(memory, scene, "triangles", u64::from(count) * size_of::<BvhTriangle>() as u64)?;
+        self.generation += grow(memory, &mut self.nodes, "nodes", count)?;
+        self.generation += grow(memory, &mut self.triangles, "triangles", count)?;
+        let former = self.device_tree.take().filter(|_| !all);
+        let mut tree = match former {
+            Some(tree) => tree,
+            None => DeviceTree::new(runtime, scene, known, self.fences)?,
+        };
+        let made =
+            tree.update((runtime, maker, update), known, (!all).then_some(moved), (&self.nodes, &self.triangles))?;
+        let there = made.is_some();
+        // A tree that the host makes is sent with the next refit.
+        self.device_tree = made.is_some().then_some(tree);
+        match made {
+            Some(bvh) => known.adopt(bvh),
+            None => known.build_tree(),
+        }
+        Ok(there)
+    }
+
+    /// The inner nodes, unless the device has them, and what is known of all triangles.
+    fn upload_tree(&mut self, memory: Memory<'_>, there: bool) -> Result<()> {
         let tree = &self.host.tree;
-        self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+        if !there {
+            self.generation += fill_roomy(memory, &mut self.nodes, "nodes", &tree.bvh.nodes)?;
+        }
         self.triangle_count = tree.bvh.order.len() as u32;
         self.skipped_triangles = tree.bvh.skipped;
         self.radius = tree.radius;
@@ -321,6 +353,8 @@ impl DeviceScene {
         let bytes = self.host.tree.bvh.order.len() as u64 * size_of::<BvhTriangle>() as u64;
         check_size(memory, scene, "triangles", bytes)?;
         self.generation += fill(memory, &mut self.triangles, "triangles", &self.host.packed_triangles(scene))?;
+        // What rides with triangles may be other.
+        self.device_tree = None;
         Ok(())
     }
 
@@ -517,6 +551,15 @@ fn fill_roomy<T: bytemuck::Pod>(
         *buffer = memory.zeroed(name, (data.len() + data.len() / 8 + LEAST) as u32)?;
     }
     memory.overwrite(buffer, 0, data)?;
+    Ok(u64::from(replaced))
+}
+
+/// Replaces a buffer that is too short for `len` elements by one that is not. Returns how often it was: 0 or 1.
+fn grow<T: bytemuck::Pod>(memory: Memory<'_>, buffer: &mut Persistent<T>, name: &'static str, len: u32) -> Result<u64> {
+    let replaced = len > buffer.len();
+    if replaced {
+        *buffer = memory.zeroed(name, len)?;
+    }
     Ok(u64::from(replaced))
 }
 

@@ -180,7 +180,8 @@ mod tests {
         let camera = Camera::look_at(eye, target, [0.0, 1.0, 0.0], 0.7);
         let scene = Scene::from_parts(objects, vec![], camera);
         let mut host = Host::default();
-        host.update_geometry(&scene);
+        host.update_world(&scene);
+        host.build_tree();
         (scene, host)
     }
 

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::moving::is_blurred;
 use crate::film::film_file::{Identity, hex};
 use crate::kernels::photon::Footprint;
-use crate::render::settings::{Lens, Sampling, Settings, Shutter};
+use crate::render::settings::{Lens, Sampling, Settings, Shutter, TreeBuild};
 use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
@@ -58,6 +58,7 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         global_smoothing,
         alpha,
         photon_build,
+        tree_build,
         leaf_photons,
         bound_vertices,
         amplification,
@@ -69,7 +70,7 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         read_photons: _,
     } = settings;
     let automatic = |value: Option<String>| value.unwrap_or_else(|| "automatic".into());
-    vec![
+    let mut text = vec![
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("size", format!("{width}x{height}")),
         ("camera", camera.to_string()),
@@ -99,7 +100,12 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         ("Blinn-Phong", blinn_phong.to_string()),
         ("full program", full_program.to_string()),
         ("Lambert estimate", lambert_estimate.to_string()),
-    ]
+    ];
+    // All builders but the first give the same passes.
+    if *tree_build != TreeBuild::Sah {
+        text.push(("order of lights", "scene".into()));
+    }
+    text
 }
 
 fn sampling_as_text(sampling: Sampling) -> String {

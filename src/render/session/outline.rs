@@ -204,7 +204,8 @@ fn grown(variant: &mut Variant, vectors: u32) -> u32 {
 /// Those of [`Settings::validate_plan`].
 pub fn savings(scene: &Scene, settings: &Settings, class: DeviceClass) -> Result<Savings> {
     settings.validate_plan(scene, class)?;
-    let mut device = DeviceScene::in_memory(Memory::Nowhere(class), scene, settings.camera, false)?;
+    let lean = Settings { full_program: false, ..settings.clone() };
+    let mut device = DeviceScene::in_memory(Memory::Nowhere(class), scene, &lean)?;
     device.take_maps(Memory::Nowhere(class), settings, false)?;
     let lean = Outline::of(scene, &device, settings)?;
     let lacking = || FEATURES.iter().filter(|feature| !(feature.has)(&device));

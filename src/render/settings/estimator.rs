@@ -84,6 +84,24 @@ pub enum PhotonBuild {
     Vvh,
 }
 
+/// Builders of the tree over the triangles of a scene. Hits do not depend on the tree, so the picture does not either,
+/// but for the order of lights: with [`TreeBuild::Sah`] triangles that shine are listed as the leaves of its tree have
+/// them, with all others in the order of the scene. These give the same bits.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TreeBuild {
+    /// Surface-area heuristic, on the host, after every change: the best for rays.
+    #[default]
+    Sah,
+    /// Morton order, on the device; refitted where triangles move.
+    Lbvh,
+    /// Locally-ordered clustering, on the device; refitted where triangles move.
+    Hploc,
+    /// [`TreeBuild::Sah`] at first; refitted on the device where triangles move. When the refitted tree has become much
+    /// worse, a new one is built: by a graphics card with [`TreeBuild::Hploc`], else by the host. Small scenes stay with
+    /// the host.
+    Auto,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,7 +17,7 @@ use crate::kernels::gather::{Amplification, Weight};
 use crate::kernels::photon::Footprint;
 
 pub use crate::kernels::records::Record;
-pub use estimator::{Estimator, PhotonBuild};
+pub use estimator::{Estimator, PhotonBuild, TreeBuild};
 pub use lens::Lens;
 pub use method::Method;
 pub use named::{Named, by_name};
@@ -84,6 +84,8 @@ pub struct Settings {
     pub alpha: f64,
     /// Who builds the photon map of [`Estimator::Bvh`].
     pub photon_build: PhotonBuild,
+    /// Who builds the tree over the triangles.
+    pub tree_build: TreeBuild,
     /// Photons in a leaf of the photon map at most, 1 to 16; `None` chooses by the overlap of footprints.
     pub leaf_photons: Option<u32>,
     /// Corners of the polygon that [`Estimator::Bounds25d`] draws around a photon, 6 to 18: more fit tighter and cost
@@ -136,6 +138,7 @@ impl Default for Settings {
             global_smoothing: 2.8,
             alpha: 2.0 / 3.0,
             photon_build: PhotonBuild::default(),
+            tree_build: TreeBuild::default(),
             leaf_photons: None,
             bound_vertices: 6,
             amplification: Amplification::default(),

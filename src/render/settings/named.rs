@@ -1,6 +1,6 @@
 //! Values of settings that are chosen by a name, on the command line and in the file of a study.
 
-use super::{Estimator, Method, PhotonBuild, Record};
+use super::{Estimator, Method, PhotonBuild, Record, TreeBuild};
 use crate::kernels::gather::{Amplification, Weight};
 
 /// A type whose values have names.
@@ -82,6 +82,28 @@ impl Named for PhotonBuild {
     }
 }
 
+impl Named for TreeBuild {
+    const VALUES: &'static [Self] = &[Self::Sah, Self::Lbvh, Self::Hploc, Self::Auto];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sah => "sah",
+            Self::Lbvh => "lbvh",
+            Self::Hploc => "hploc",
+            Self::Auto => "auto",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Sah => "Surface-area heuristic, on the host: the best for rays",
+            Self::Lbvh => "Morton order, on the device: built quickly",
+            Self::Hploc => "Locally-ordered clustering, on the device",
+            Self::Auto => "As sah, and on the device where triangles move",
+        }
+    }
+}
+
 impl Named for Weight {
     const VALUES: &'static [Self] = &[Self::Constant, Self::Cone, Self::Epanechnikov];
 
@@ -158,6 +180,7 @@ mod tests {
         check::<Estimator>();
         check::<Method>();
         check::<PhotonBuild>();
+        check::<TreeBuild>();
         check::<Weight>();
         check::<Record>();
         check::<Amplification>();
