@@ -3,8 +3,8 @@
 //!
 //! The tree may come from any builder of binary trees, host or device. Boxes are computed from the leaves up, once
 //! each; about 150 bytes per node and 30 per triangle. The cost is that of Goldsmith and Salmon 1987 ("Automatic
-//! creation of object hierarchies for ray tracing") and MacDonald and Booth 1990 ("Heuristics for ray tracing using space
-//! subdivision"), with [`BVH_NODE_COST`] for a node and one for a triangle.
+//! creation of object hierarchies for ray tracing") and MacDonald and Booth 1990 ("Heuristics for ray tracing using
+//! space subdivision"), with [`BVH_NODE_COST`] for a node and one for a triangle.
 //!
 //! A tree that was refitted holds the triangles that it was built over. One that no ray can hit any more stays as a
 //! point with an inverted box; one that can be hit now and could not before asks for a new tree.

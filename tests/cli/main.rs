@@ -4,6 +4,7 @@
 mod support;
 
 mod animate;
+mod bench;
 mod commands;
 mod device;
 mod farm;

@@ -73,26 +73,28 @@ impl LightTable {
     }
 
     fn add_triangles(&mut self, powers: &mut Vec<f64>, scene: &Scene, host: &Host) {
-        let mut places: Vec<(usize, u32)> = host.tree.bvh.order.iter().copied().enumerate().collect();
+        let material_of = |id: u32| host.world.material[id as usize] as usize;
+        let shines = |&(_, id): &(usize, u32)| {
+            let material = material_of(id);
+            luminance(host.emission[material]) > 0.0 && !scene.materials[material].unlit
+        };
+        let mut places: Vec<_> = host.tree.bvh.order.iter().copied().enumerate().filter(shines).collect();
         if host.lights_by_id {
             places.sort_unstable_by_key(|(_, id)| *id);
         }
         for (at, id) in places {
-            let material = host.world.material[id as usize] as usize;
+            let (material, area) = (material_of(id), host.world.area(id));
             let emission = host.emission[material];
-            if luminance(emission) > 0.0 && !scene.materials[material].unlit {
-                let area = host.world.area(id);
-                let device = DeviceLight {
-                    kind: LIGHT_TRIANGLE,
-                    emission,
-                    area: area as f32,
-                    triangle: at as u32,
-                    ..DeviceLight::default()
-                };
-                let sides = sides(&scene.materials[material]);
-                self.push(powers, device, sides * PI * area * luminance(emission));
-                self.has_triangles = true;
-            }
+            let device = DeviceLight {
+                kind: LIGHT_TRIANGLE,
+                emission,
+                area: area as f32,
+                triangle: at as u32,
+                ..DeviceLight::default()
+            };
+            let sides = sides(&scene.materials[material]);
+            self.push(powers, device, sides * PI * area * luminance(emission));
+            self.has_triangles = true;
         }
     }
 

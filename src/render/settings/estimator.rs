@@ -96,9 +96,9 @@ pub enum TreeBuild {
     Lbvh,
     /// Locally-ordered clustering, on the device; refitted where triangles move.
     Hploc,
-    /// [`TreeBuild::Sah`] at first; refitted on the device where triangles move. When the refitted tree has become much
-    /// worse, a new one is built: by a graphics card with [`TreeBuild::Hploc`], else by the host. Small scenes stay with
-    /// the host.
+    /// [`TreeBuild::Sah`] at first; refitted on the device where triangles move. When the refitted tree has become
+    /// much worse, a new one is built: by a graphics card with [`TreeBuild::Hploc`], else by the host. Small scenes
+    /// stay with the host.
     Auto,
 }
 
