@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::device::{folder, json, run, success};
+use super::device::{folder, json, names_in, success};
 use crate::support::program::turn;
 
 #[test]

@@ -22,7 +22,7 @@ fn command(line: &str, folder: &Path) -> Command {
     command
 }
 
-pub(super) fn run(line: &str, folder: &Path) -> Output {
+fn run(line: &str, folder: &Path) -> Output {
     command(line, folder).output().expect("the program starts")
 }
 
@@ -54,7 +54,7 @@ pub(super) fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-fn names_in(folder: &Path) -> Vec<String> {
+pub(super) fn names_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
         entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
