@@ -15,8 +15,8 @@ layout(constant_id = 46) const float MAP_TOLERANCE = 0.001;
 // Distances that agree to this part are one.
 const float MAP_AGREES = 0.001;
 
-// In place of the ratio where a ray begins. Photons begin on surfaces, where the ratio is one: false position would take
-// this for the place that it looks for, and stay there.
+// In place of the ratio where a ray begins. Photons begin on surfaces, where the ratio is one: false position would
+// take this for the place that it looks for, and stay there.
 const float MAP_BEGIN = 0.0;
 
 // What a map has found along a ray.
@@ -60,8 +60,8 @@ void map_meet(inout MapPoint p, BvhTriangle t, vec3 v0, vec3 origin, vec3 d) {
 }
 
 // The point that the map shows in the direction of a place; all are relative to the centre. With the paper's search it
-// is the middle of the texel, which is beside a ray that has come a short way only. With steps it is where the ray meets
-// the triangle, if it does.
+// is the middle of the texel, which is beside a ray that has come a short way only. With steps it is where the ray
+// meets the triangle, if it does.
 MapPoint map_point(uint first, uint centre, vec3 origin, vec3 d, vec3 place) {
     MapPoint p = MAP_NO_POINT;
     p.texel = texels[first + map_texel(place)];

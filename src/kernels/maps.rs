@@ -50,8 +50,8 @@ impl Shape {
 /// How a ray is searched for in a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Steps along the ray before the search, for half a turn as seen from the centre; 0: the paper's first guess, and the
-    /// middle of a texel as the hit.
+    /// Steps along the ray before the search, for half a turn as seen from the centre; 0: the paper's first guess, and
+    /// the middle of a texel as the hit.
     pub steps: u32,
     /// Most steps of false position; the paper has 3 to 5.
     pub iterations: u32,

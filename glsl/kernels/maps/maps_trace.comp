@@ -1,5 +1,5 @@
-// Hits of the photons of a list by environment maps: of what all maps say the nearest one that is on the ray (Yao et al.
-// 2010, section 5.2). A photon that no map places has left the scene or is lost, which nobody knows: it counts as
+// Hits of the photons of a list by environment maps: of what all maps say the nearest one that is on the ray (Yao et
+// al. 2010, section 5.2). A photon that no map places has left the scene or is lost, which nobody knows: it counts as
 // escaped if at least half of the maps show nothing along its ray.
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -82,7 +82,8 @@ fn text(report: &MapsReport) -> String {
         ),
         format!("by the tree: {:.1} ms, {:.2} M rays/s", 1e3 * tree, f64::from(report.rays) / tree / 1e6),
         format!(
-            "{:>7} {:>6} {:>6} {:>6} {:>8} {:>7} | {:>6} {:>6} {:>6} {:>7} | {:>7} {:>6} {:>5} {:>5} {:>5} | {:>9} {:>8} {:>6}",
+            "{:>7} {:>6} {:>6} {:>6} {:>8} {:>7} | {:>6} {:>6} {:>6} {:>7} | \
+             {:>7} {:>6} {:>5} {:>5} {:>5} | {:>9} {:>8} {:>6}",
             "centres",
             "texels",
             "layers",
@@ -110,14 +111,26 @@ fn text(report: &MapsReport) -> String {
         let said: u32 = ["none", "beside", "later", "early", "right"].map(count).iter().sum();
         let s = row.settings;
         format!(
-            "{:>7} {:>6} {:>6} {:>6} {:>8.3} {:>7.3} | {:>6} {:>6} {:>6} {:>7} | {:>7} {:>6} {:>5} {:>5} {:>5} | {:>9.1} {:>8.1} {:>6.2}",
-            s.centres, s.resolution, s.layers, if s.steps { "steps" } else { "paper" },
-            row.covered, row.covered_at_random,
-            percent(count("all_right"), met), percent(count("all_wrong"), met), percent(count("all_lost"), met),
+            "{:>7} {:>6} {:>6} {:>6} {:>8.3} {:>7.3} | {:>6} {:>6} {:>6} {:>7} | \
+             {:>7} {:>6} {:>5} {:>5} {:>5} | {:>9.1} {:>8.1} {:>6.2}",
+            s.centres,
+            s.resolution,
+            s.layers,
+            if s.steps { "steps" } else { "paper" },
+            row.covered,
+            row.covered_at_random,
+            percent(count("all_right"), met),
+            percent(count("all_wrong"), met),
+            percent(count("all_lost"), met),
             percent(count("all_phantom"), missed),
-            percent(count("none"), said), percent(count("beside"), said), percent(count("later"), said),
-            percent(count("early"), said), percent(count("right"), said),
-            1e3 * row.choice_seconds, 1e3 * row.draw_seconds, seconds(report, row) / tree
+            percent(count("none"), said),
+            percent(count("beside"), said),
+            percent(count("later"), said),
+            percent(count("early"), said),
+            percent(count("right"), said),
+            1e3 * row.choice_seconds,
+            1e3 * row.draw_seconds,
+            seconds(report, row) / tree
         )
     }));
     lines.join("\n")
