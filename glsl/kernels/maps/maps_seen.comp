@@ -1,7 +1,7 @@
 // The surface that each texel of the candidates' maps stands for, and which other candidates see its place: all that
-// the choice of centres needs (Yao et al. 2010, section 4). A candidate sees a place if it is no farther than the plane of
-// the triangle that its own map shows there; the paper's shadow test compares with the distance of the texel's middle,
-// which is another one on surfaces at an angle.
+// the choice of centres needs (Yao et al. 2010, section 4). A candidate sees a place if it is no farther than the
+// plane of the triangle that its own map shows there; the paper's shadow test compares with the distance of the
+// texel's middle, which is another one on surfaces at an angle.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
