@@ -2,9 +2,9 @@
 //! Tracing for Interactive Global Illumination of Dynamic Scenes".
 //!
 //! A map is what is seen from a centre, on the six faces of a cube; its texels name triangles and places on them
-//! (glsl/shared/maps.glsl). The rasteriser draws it, so nothing is precomputed when geometry moves. [`draw`] makes the
-//! maps of some centres, [`seen`] tells what each adds to the others, for [`choose`], and [`trace`] finds the hits of
-//! photons, as the tree does. The CPU references are in [`super::maps_reference`].
+//! (glsl/shared/maps.glsl). The rasteriser draws it, so nothing is precomputed when geometry moves. [`draw`] makes
+//! the maps of some centres, [`seen`] tells what each adds to the others, for [`Seen::choose`], and `trace` finds the
+//! hits of photons, as the tree does. The CPU references are in [`super::maps_reference`].
 
 use super::eye::SlotList;
 use super::generated::{
