@@ -38,15 +38,11 @@ fn lost(shot: &Shot) -> f64 {
     sum(|ledger| ledger.lost) / sum(|ledger| ledger.emitted)
 }
 
-fn cannot_draw() -> bool {
-    Harness::lock().fails_to_draw()
-}
-
 /// The paper's search loses light even in an empty room: near the wall that a ray leaves at a small angle, the steps of
 /// distance from texel to texel hide the ray.
 #[test]
 fn a_room_is_as_bright_as_by_the_tree() {
-    if cannot_draw() {
+    if Harness::skips_drawing() {
         return;
     }
     for (block, steps, most_lost, tolerance) in
@@ -70,7 +66,7 @@ fn a_room_is_as_bright_as_by_the_tree() {
 
 #[test]
 fn a_scene_that_changes_is_mapped_anew() {
-    if cannot_draw() {
+    if Harness::skips_drawing() {
         return;
     }
     let runtime = runtime();
@@ -96,7 +92,7 @@ fn a_scene_that_changes_is_mapped_anew() {
 /// The same in every run, and in glass and mirrors.
 #[test]
 fn maps_are_the_same_in_every_run() {
-    if cannot_draw() {
+    if Harness::skips_drawing() {
         return;
     }
     let scene = asset("cornell-glass");

@@ -311,8 +311,8 @@ fn damaged_channels_are_named_and_left_out() {
     assert_eq!(World::of(&short.at(1.0)).corners(0)[1], [10.0, 9.0, 9.0], "keys with values count");
 }
 
-/// A strict reader refuses what another reads around; a lamp that is hidden is dark; and a surface that comes to shine is
-/// a light from the beginning.
+/// A strict reader refuses what another reads around; a lamp that is hidden is dark; and a surface that comes to shine
+/// is a light from the beginning.
 #[test]
 fn strict_readers_dark_lamps_and_surfaces_that_come_to_shine() {
     let file = Moving::triangle().node(0, "translation", &[1.0, 0.0], "VEC3", &[0.0; 6]);

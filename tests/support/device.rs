@@ -53,8 +53,8 @@ impl Deref for Shared {
     }
 }
 
-/// A device for the tests of this program that expect no message; one test at a time uses it. There is one alone: two of
-/// them, used by two threads, ended a program in one of five whole runs of the tests on Debian 12, by memory that was
+/// A device for the tests of this program that expect no message; one test at a time uses it. There is one alone: two
+/// of them, used by two threads, ended a program in one of five whole runs of the tests on Debian 12, by memory that was
 /// freed twice. Whose fault that is, is not known.
 pub fn runtime() -> Shared {
     fn open() -> Mutex<Runtime> {
