@@ -68,7 +68,7 @@ MapPoint map_point(uint first, uint centre, vec3 origin, vec3 d, vec3 place) {
     if (p.texel.triangle == BVH_MISS) return p;
     BvhTriangle t = triangles[p.texel.triangle];
     vec3 v0 = t.v0.xyz - centres[centre].xyz;
-    vec3 to = v0 + p.texel.b1 * (t.v1.xyz - t.v0.xyz) + p.texel.b2 * (t.v2.xyz - t.v0.xyz) - origin;
+    vec3 to = map_place(t, p.texel.b1, p.texel.b2) - centres[centre].xyz - origin;
     p.t = length(to);
     // A point where the ray begins has no direction.
     p.error = p.t > 0.0 ? 1.0 - dot(to, d) / p.t : 2.0;

@@ -1,6 +1,10 @@
 // Directions and texels of an environment map (shared/maps.glsl). A direction belongs to the face of its largest
 // component; the two components that follow it, in the order x, y, z, x, y, over its size are the place on the face.
 
+// The picture of a map has numbers of triangles as floats, as bits of small integers would be lost as subnormal ones:
+// so many low bits in one, which is one more, the others in the next.
+const uint MAP_LOW_BITS = 22u;
+
 layout(constant_id = 40) const uint MAP_RESOLUTION = 128; // texels along a side of a face
 
 uint map_texels() {
@@ -25,6 +29,11 @@ uint map_texel(vec3 d) {
     vec2 at = clamp(turned.yz / abs(turned.x) * 0.5 + 0.5, 0.0, 1.0) * float(MAP_RESOLUTION);
     uvec2 texel = min(uvec2(at), uvec2(MAP_RESOLUTION - 1u));
     return (face * MAP_RESOLUTION + texel.y) * MAP_RESOLUTION + texel.x;
+}
+
+// The place that a texel names, on its triangle.
+vec3 map_place(BvhTriangle t, float b1, float b2) {
+    return t.v0.xyz + b1 * (t.v1.xyz - t.v0.xyz) + b2 * (t.v2.xyz - t.v0.xyz);
 }
 
 // The direction through the middle of a texel, of length one along the axis of its face.

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::rays::Numbers;
 use super::{MEASURED, device_class, planned, time_plan};
 use crate::error::Result;
 use crate::graph::{Graph, Persistent, Runtime};
@@ -73,17 +74,6 @@ struct Target<'a> {
     rays: Persistent<Ray>,
     radius: f32,
     bounds: [[f32; 3]; 2],
-}
-
-/// Numbers in a fixed order.
-struct Numbers(u32);
-
-impl Numbers {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
-        (((word >> 22) ^ word) >> 8) as f32 / 16_777_216.0
-    }
 }
 
 /// Measures `kinds` on a scene with so many rays, the median of `repeats` runs; `None` for a scene without triangles.
@@ -208,10 +198,7 @@ fn surface_rays(packed: &[BvhTriangle], count: u32) -> Vec<Ray> {
         let [a, b, c] = corners(t);
         let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
         let origin = trace::offset_ray_origin([a, b, c].map(Into::into), [u, v], normal.into());
-        let (radius, angle) = (numbers.next().sqrt(), numbers.next() * std::f32::consts::TAU);
-        let (x, y) = normal.any_orthonormal_pair();
-        let height = (1.0 - radius * radius).max(0.0).sqrt();
-        let d = x * (radius * angle.cos()) + y * (radius * angle.sin()) + normal * height;
+        let d = numbers.direction(normal);
         trace::ray(origin, d.into(), f32::INFINITY)
     };
     (0..count).map(ray).collect()

@@ -107,15 +107,30 @@ fn even_bits(mut x: u32) -> u32 {
     x
 }
 
+/// Random numbers in a fixed order (PCG, O'Neill 2014).
+pub(super) struct Numbers(pub u32);
+
+impl Numbers {
+    /// From 0 up to 1.
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
+        (((word >> 22) ^ word) >> 8) as f32 / 16_777_216.0
+    }
+
+    /// A direction around a normal, distributed by the cosine.
+    pub fn direction(&mut self, normal: Vec3) -> Vec3 {
+        let (radius, angle) = (self.next().sqrt(), self.next() * std::f32::consts::TAU);
+        let (u, v) = normal.any_orthonormal_pair();
+        let height = (1.0 - radius * radius).max(0.0).sqrt();
+        u * (radius * angle.cos()) + v * (radius * angle.sin()) + normal * height
+    }
+}
+
 /// Shadow rays to one point of a light, and rays with a cosine distribution, from every hit.
 fn secondary((scene, world): (&Scene, &World), tree: &HostBvh, rays: &[Ray], hits: &[RayHit]) -> (Vec<Ray>, Vec<Ray>) {
     let light = light_point(scene, world);
-    let mut state = 1u32;
-    let mut random = || {
-        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
-        (((word >> 22) ^ word) >> 8) as f32 / 16_777_216.0
-    };
+    let mut numbers = Numbers(1);
     let (mut shadow, mut diffuse) = (Vec::new(), Vec::new());
     for (ray, hit) in rays.iter().zip(hits).filter(|(_, h)| hit(h)) {
         let corners = world.corners(tree.order[hit.triangle as usize]);
@@ -126,11 +141,7 @@ fn secondary((scene, world): (&Scene, &World), tree: &HostBvh, rays: &[Ray], hit
         let origin = trace::offset_ray_origin(corners, [hit.b1, hit.b2], normal.into());
         // A ray that reached the light's own triangle would always be blocked.
         shadow.push(trace::ray(origin, (light - Vec3::from(origin)).into(), 0.999));
-        let (radius, angle) = (random().sqrt(), random() * std::f32::consts::TAU);
-        let (u, v) = normal.any_orthonormal_pair();
-        let height = (1.0 - radius * radius).max(0.0).sqrt();
-        let direction = u * (radius * angle.cos()) + v * (radius * angle.sin()) + normal * height;
-        diffuse.push(trace::ray(origin, direction.into(), f32::INFINITY));
+        diffuse.push(trace::ray(origin, numbers.direction(normal).into(), f32::INFINITY));
     }
     (shadow, diffuse)
 }

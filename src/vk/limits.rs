@@ -346,7 +346,7 @@ fn text(chars: &[std::ffi::c_char]) -> String {
 #[cfg(test)]
 impl Limits {
     /// Those of lavapipe, about.
-    pub(super) fn of_a_processor() -> Self {
+    pub(crate) fn of_a_processor() -> Self {
         Self {
             storage_range: 1 << 27,
             allocation: 1 << 31,

@@ -24,9 +24,6 @@ layout(location = 1) flat in uint triangle;
 layout(location = 2) flat in uint face;
 layout(location = 0) out vec4 seen;
 
-// Numbers of triangles are floats here: bits of small integers would be lost as subnormal floats.
-const uint LOW_BITS = 22u;
-
 void main() {
     uvec2 at = uvec2(gl_FragCoord.xy);
     if (at.x / MAP_RESOLUTION != face) discard;
@@ -34,11 +31,11 @@ void main() {
     b /= max(b.x + b.y, 1.0);
     if (PEEL) {
         BvhTriangle t = triangles[triangle];
-        vec3 place = t.v0.xyz + b.x * (t.v1.xyz - t.v0.xyz) + b.y * (t.v2.xyz - t.v0.xyz);
+        vec3 place = map_place(t, b.x, b.y);
         uint texel = (face * MAP_RESOLUTION + at.y) * MAP_RESOLUTION + at.x % MAP_RESOLUTION;
         MapTexel former = before[params.before + texel];
         if (former.triangle == triangle) discard;
         if (!(distance(place, centres[params.centre].xyz) > former.distance * (1.0 + BEHIND))) discard;
     }
-    seen = vec4(float(triangle & ((1u << LOW_BITS) - 1u)) + 1.0, float(triangle >> LOW_BITS), b);
+    seen = vec4(float(triangle & ((1u << MAP_LOW_BITS) - 1u)) + 1.0, float(triangle >> MAP_LOW_BITS), b);
 }

@@ -16,8 +16,6 @@ layout(set = 0, binding = 16, scalar) readonly buffer Centres { vec4 centres[]; 
 layout(set = 0, binding = 17, scalar) readonly buffer Drawn { vec4 drawn[]; };
 layout(set = 0, binding = 18, scalar) buffer Texels { MapTexel texels[]; };
 
-const uint LOW_BITS = 22u; // as maps_draw.frag has it
-
 void main() {
     uint i = linear_id();
     if (i >= map_texels()) return;
@@ -26,11 +24,10 @@ void main() {
     vec4 seen = drawn[(y * MAP_FACES + face) * MAP_RESOLUTION + x];
     MapTexel texel = MapTexel(uintBitsToFloat(0x7f800000u), BVH_MISS, 0.0, 0.0);
     if (seen.x >= 1.0) {
-        texel.triangle = (uint(seen.x) - 1u) | uint(seen.y) << LOW_BITS;
+        texel.triangle = (uint(seen.x) - 1u) | uint(seen.y) << MAP_LOW_BITS;
         texel.b1 = seen.z;
         texel.b2 = seen.w;
-        BvhTriangle t = triangles[texel.triangle];
-        vec3 place = t.v0.xyz + texel.b1 * (t.v1.xyz - t.v0.xyz) + texel.b2 * (t.v2.xyz - t.v0.xyz);
+        vec3 place = map_place(triangles[texel.triangle], texel.b1, texel.b2);
         texel.distance = distance(place, centres[params.centre].xyz);
     }
     texels[params.first + i] = texel;

@@ -24,10 +24,6 @@ const float BACK = 0.05;
 // Part of a distance by which a place may be behind what a map shows.
 const float SLACK = 0.01;
 
-vec3 place_of(BvhTriangle t, MapTexel texel) {
-    return t.v0.xyz + texel.b1 * (t.v1.xyz - t.v0.xyz) + texel.b2 * (t.v2.xyz - t.v0.xyz);
-}
-
 bool sees(uint candidate, vec3 place, uint triangle) {
     vec3 centre = centres[candidate].xyz, to = place - centre;
     MapTexel texel = texels[candidate * map_texels() + map_texel(to)];
@@ -50,7 +46,7 @@ void main() {
     seen_by[i] = uvec2(0u);
     if (texel.triangle == BVH_MISS) return;
     BvhTriangle t = triangles[texel.triangle];
-    vec3 place = place_of(t, texel), to = place - centres[own].xyz;
+    vec3 place = map_place(t, texel.b1, texel.b2), to = place - centres[own].xyz;
     vec3 normal = triangle_normal(t.v1.xyz - t.v0.xyz, t.v2.xyz - t.v0.xyz);
     float depth = max(abs(to.x), max(abs(to.y), abs(to.z)));
     float facing = -dot(to, normal);
