@@ -51,14 +51,17 @@ pub fn run(args: &MapsArgs) -> Result<()> {
     let spinner = spinner();
     let mut begin = |what: &str| spinner.set_message(format!("measuring: {what}"));
     let kinds = if args.quick { kinds_of_maps()[..2].to_vec() } else { kinds_of_maps() };
-    let (rays, repeats) = if args.quick { (1 << 10, 1) } else { (1 << 18, 3) };
+    let (rays, repeats) = if args.quick { (1 << 10, 1) } else { (1 << 16, 3) };
     let mut reports = Vec::new();
     for scene in &scenes {
-        reports.extend(maps(&runtime, scene, (&kinds, rays, repeats), &mut begin)?);
+        let report = maps(&runtime, scene, (&kinds, rays, repeats), &mut begin)?;
+        if let Some(report) = report.as_ref().filter(|_| !args.json) {
+            spinner.suspend(|| print(&text(report)))?;
+        }
+        reports.extend(report);
     }
     spinner.finish_and_clear();
-    let tables = || reports.iter().map(text).collect::<Vec<_>>().join("\n\n");
-    print(&if args.json { format!("{:#}", reports.iter().map(as_json).collect::<Value>()) } else { tables() })
+    if args.json { print(&format!("{:#}", reports.iter().map(as_json).collect::<Value>())) } else { Ok(()) }
 }
 
 /// Seconds for the rays by maps alone.

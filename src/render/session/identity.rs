@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::moving::is_blurred;
 use crate::film::film_file::{Identity, hex};
 use crate::kernels::photon::Footprint;
-use crate::render::settings::{Lens, Sampling, Settings, Shutter, TreeBuild};
+use crate::render::settings::{Lens, Sampling, Settings, Shutter, Tracer, TreeBuild};
 use crate::scene::{Environment, Image, Instance, Mesh, Scene};
 
 /// The scene's content and every setting that a pass depends on, as the user would name them.
@@ -77,7 +77,6 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         ("lens", lens.map_or("none".into(), |Lens { radius, focus }| format!("radius {radius} focus {focus}"))),
         ("seed", seed.to_string()),
         ("method", format!("{method:?}")),
-        ("tracer", format!("{tracer:?}")),
         ("photons", settings.photon_count().to_string()),
         ("layers", if *layers { "yes" } else { "no" }.into()),
         ("estimator", automatic(estimator.map(|estimator| estimator.name().to_owned()))),
@@ -101,10 +100,10 @@ fn settings_as_text(settings: &Settings) -> Vec<(&'static str, String)> {
         ("full program", full_program.to_string()),
         ("Lambert estimate", lambert_estimate.to_string()),
     ];
+    // Films from before there was a choice go on.
+    text.extend((*tracer != Tracer::Tree).then(|| ("tracer", format!("{tracer:?}"))));
     // All builders but the first give the same passes.
-    if *tree_build != TreeBuild::Sah {
-        text.push(("order of lights", "scene".into()));
-    }
+    text.extend((*tree_build != TreeBuild::Sah).then(|| ("order of lights", "scene".into())));
     text
 }
 
